@@ -16,10 +16,10 @@ from cocotb.triggers import ClockCycles, FallingEdge
 from numpy.typing import NDArray
 
 from arctrue.gateware.coefficients import Coefficients
+from arctrue.gateware.latency import pipeline_clocks
 from arctrue.gateware.mean_set import WEIGHT_ONE, MeanSet
 from arctrue.gateware.quadrature_decoder import latency_clocks
 from arctrue.gateware.register_access import RegisterMap
-from arctrue.generated import number_formats
 from tb.core import arctrue_core_table as table
 from tb.registers.axi_lite import start
 
@@ -39,7 +39,7 @@ DISC = ((2, 1.5, -1.1), (5, 0.6, 2.0))
 MOTION = ((1, 5.0, 0.3), (3, 4.0, 1.7))
 """Order per turn, radius in counts and phase of each circle of the axis' motion."""
 INTERRUPTS = [f"head{head}_{event}" for event in ("index", "fault") for head in (3, 4)]
-LATENCY = number_formats.PIPELINE_LATENCY + (HEADS > 2)
+LATENCY = pipeline_clocks(heads=HEADS)
 PINS = [f"head{head}_{pin}" for head in range(1, HEADS + 1) for pin in "abz"]
 AHEAD = 4096
 """Number of clocks for which the bench calculates the readings in one step."""

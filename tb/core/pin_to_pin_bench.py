@@ -12,7 +12,7 @@ from cocotb.triggers import ClockCycles, FallingEdge
 
 from tb.registers.axi_lite import start
 
-FOLD = int(os.environ["FOLD"])
+FOLD, HEADS = int(os.environ["FOLD"]), int(os.environ["HEADS"])
 MEASURED = Path(os.environ["MEASURED"])
 LEVELS = ((0, 0), (1, 0), (1, 1), (0, 1))
 """Levels (A, B) in counting order."""
@@ -26,12 +26,14 @@ def _outputs(dut: Any) -> tuple[int, int]:
 
 @cocotb.test()
 async def from_pin_to_pin(dut: Any) -> None:
-    """Store the numbers of rising clock edges from an edge at head 1's pins to the output's edge.
+    """Store the numbers of rising clock edges from an edge at head 1's pins to the output's edge,
+    and the latency that the register states.
 
     The pin changes half a clock before the first counted edge.
     """
-    for name in ("head1_a", "head1_b", "head1_z", "head2_a", "head2_b", "head2_z"):
-        getattr(dut, name).value = 0
+    for head in range(1, HEADS + 1):
+        for pin in "abz":
+            getattr(dut, f"head{head}_{pin}").value = 0
     bus = await start(dut, reset_clocks=64)
     registers = bus.registers()
     await registers.write("output_spacing", 1)
@@ -49,4 +51,6 @@ async def from_pin_to_pin(dut: Any) -> None:
             assert clocks < BETWEEN_CLOCKS, "the edge did not come out"
         seen.add(clocks)
         await ClockCycles(dut.clock, BETWEEN_CLOCKS - clocks)
-    MEASURED.write_text(json.dumps(sorted(seen)), encoding="utf-8")
+    stated = await registers.read("pipeline.latency")
+    found = {"from_pin_to_pin": sorted(seen), "register_latency": stated}
+    MEASURED.write_text(json.dumps(found), encoding="utf-8")

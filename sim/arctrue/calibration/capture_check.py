@@ -141,8 +141,9 @@ def whole_turns(
 def _lowest_speed(capture: Capture, slices: dict[int, slice]) -> list[int]:
     speeds = {}
     for run, rows in slices.items():
-        steps = np.abs(np.diff(capture.head1_counts[rows]))
-        times = np.diff(capture.time_s[rows])
+        kept = _not_masked(capture, rows)
+        steps = np.abs(np.diff(capture.head1_counts[rows][kept]))
+        times = np.diff(capture.time_s[rows][kept])
         # Without a step there is no speed; the check of the run reports this fault.
         speeds[run] = (
             float(np.median(steps)) / max(float(np.median(times)), 1e-12) if steps.size else 0.0
@@ -154,19 +155,24 @@ def _lowest_speed(capture: Capture, slices: dict[int, slice]) -> list[int]:
     return [run for run, speed in speeds.items() if 0.0 < speed <= limit]
 
 
+def _not_masked(capture: Capture, rows: slice) -> NDArray[np.int64]:
+    """Return the indices within the run of the samples that are not masked."""
+    if capture.mask is None:
+        return np.arange(capture.run[rows].size)
+    return np.flatnonzero(~capture.mask[rows])
+
+
 def _verified(
     capture: Capture, run: int, rows: slice, counts_per_rev: int, most_order: int
 ) -> WholeTurns:
-    heads = tuple(head[rows] for head in capture.heads)
+    kept = _not_masked(capture, rows)
+    heads = tuple(head[rows][kept] for head in capture.heads)
+    time_s = capture.time_s[rows][kept]
     named = [(f"head {number}", head) for number, head in enumerate(heads, start=1)]
-    for head, column in (("time", capture.time_s[rows]), *named):
+    for head, column in (("time", time_s), *named):
         bad = np.flatnonzero(~np.isfinite(column))
         if bad.size:
-            raise CaptureRefusedError("nan", f"{head} is not a number", run, int(bad[0]))
-    kept = np.arange(heads[0].size)
-    if capture.mask is not None:
-        kept = np.flatnonzero(~capture.mask[rows])
-        heads = tuple(head[kept] for head in heads)
+            raise CaptureRefusedError("nan", f"{head} is not a number", run, int(kept[bad[0]]))
     samples = heads[0].size
     if samples < 2:
         are = "sample that is" if samples == 1 else "samples that are"
@@ -177,7 +183,8 @@ def _verified(
         )
     medians = [float(np.median(np.diff(head) / np.diff(kept))) for head in heads]
     _check_steps(run, heads, kept, medians, counts_per_rev)
-    _check_speed(run, capture, rows, medians[0], counts_per_rev, most_order)
+    _check_sampling(run, medians[0], counts_per_rev, most_order)
+    _check_speed(run, heads[0], time_s, kept, capture.clock_hz or CLOCK_HZ_DEFAULT)
 
     step = medians[0]
     travel = np.abs(heads[0] - heads[0][0])
@@ -250,14 +257,8 @@ def _check_steps(
     )
 
 
-def _check_speed(
-    run: int,
-    capture: Capture,
-    rows: slice,
-    step: float,
-    counts_per_rev: int,
-    most_order: int,
-) -> None:
+def _check_sampling(run: int, step: float, counts_per_rev: int, most_order: int) -> None:
+    """Refuse a run with too few samples per turn for the highest order."""
     least_samples = 2 * most_order + 2
     if abs(step) * least_samples > counts_per_rev:
         raise CaptureRefusedError(
@@ -267,9 +268,21 @@ def _check_speed(
             run,
             1,
         )
-    times = np.diff(capture.time_s[rows])
-    clock_hz = capture.clock_hz or CLOCK_HZ_DEFAULT
-    steps = np.abs(np.diff(capture.head1_counts[rows]))
+
+
+def _check_speed(
+    run: int,
+    head1_counts: NDArray[np.int64],
+    time_s: NDArray[np.float64],
+    kept: NDArray[np.int64],
+    clock_hz: float,
+) -> None:
+    """Refuse a run with more counts between two neighbours than the decoder can count.
+
+    ``kept``: indices within the run of the samples, which are not masked.
+    """
+    times = np.diff(time_s)
+    steps = np.abs(np.diff(head1_counts))
     # The decoder counts one edge per clock at most. The file states times to a microsecond, so that
     # a single interval can be wrong by a microsecond.
     fast = np.flatnonzero(steps > clock_hz * (times + 1e-6))
@@ -280,5 +293,5 @@ def _check_speed(
             f"over-speed: {steps[index]} counts in {times[index]:.6f} s; "
             f"at {clock_hz / 1e6:g} MHz the decoder counts at most one edge per clock",
             run,
-            index + 1,
+            int(kept[index + 1]),
         )

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.base.head_places import places_from_text
+from arctrue.importing.choices import Ambiguous, Choices, checked_number
 from arctrue.importing.clocks import ClockOffset
 from arctrue.importing.columns import Mapped, map_columns, tell_unused, timed_error
 from arctrue.importing.file_content import FileContent
@@ -22,6 +23,8 @@ from arctrue.measurement import MeasurementSet, Table
 LATE_START_S = 1e6
 """Latest first time (seconds) of a log whose times count from the log's start; later first times
 count from an epoch."""
+LEAST_COUNTS = 4
+"""Smallest number of counts per turn, as in the measurement set: the edges of one line."""
 SIDEREAL_DEG_S = 360.0 / 86164.0905
 """Speed of an axis that follows the stars: a turn in a sidereal day (IERS Conventions 2010, chapter
 1: nominal mean rotation of the Earth)."""
@@ -91,7 +94,7 @@ def import_recordings(
         asked = Ambiguous(
             "--counts-per-rev", "How many counts are one turn?", ["16777216"], free_text=True
         )
-        table = replace(table, counts_per_rev=_whole(choices.ask(asked)))
+        table = replace(table, counts_per_rev=_counts(choices.ask(asked)))
     files = [
         rows_of(recording, sources, table.counts_per_rev, settings.missing, choices)
         for recording, sources in zip(recordings, mapped, strict=True)
@@ -126,11 +129,16 @@ def import_recordings(
     return Imported(measurement, mapped, tuple(choices.notes), clocks)
 
 
-def _whole(text: str) -> int:
+def _counts(text: str) -> int:
     try:
-        return int(text)
+        counts = int(text)
     except ValueError:
-        raise ValueError(f"expected a whole number, found {text!r}") from None
+        counts = 0
+    if counts < LEAST_COUNTS:
+        raise ValueError(
+            f"--counts-per-rev: expected a whole number from {LEAST_COUNTS}, found {text!r}"
+        )
+    return counts
 
 
 def _needs_counts(mapped: Sequence[Mapped]) -> bool:
@@ -168,20 +176,25 @@ def _with_places(table: Table, heads: Sequence[str], choices: Choices) -> Table:
         )
         given = choices.ask(asked)
         try:
-            return replace(table, head_places_deg=tuple(float(one) for one in given.split(",")))
+            places = places_from_text(given)
+            if len(places) != len(heads):
+                raise ValueError(f"expected {len(heads)} places, found {len(places)}")
+            return replace(table, head_places_deg=places)
         except ValueError as error:
-            raise ValueError(f"--places {given}: {error}") from None
+            raise ValueError(f"--places: {error}") from None
     asked = Ambiguous(
         "--separation",
         "At how many degrees from head 1 is head 2, in the direction of increasing counts?",
         ["180", "90", "33"],
         free_text=True,
     )
-    given = choices.ask(asked)
-    try:
-        return replace(table, head_separation_deg=float(given))
-    except ValueError:
-        raise ValueError(f"--separation: expected degrees, found {given!r}") from None
+    separation = checked_number(
+        "--separation",
+        choices.ask(asked),
+        "degrees between -360 and 360",
+        lambda degrees: abs(degrees) < 360.0,
+    )
+    return replace(table, head_separation_deg=separation)
 
 
 def _from_the_start(files: list[FileRows], choices: Choices) -> list[FileRows]:
@@ -199,7 +212,8 @@ def _turning(rows: FileRows, rate_deg_s: float | None, choices: Choices) -> File
     """Add the angle to a file of times and errors, for an axis that turns at constant speed."""
     if not timed_error(rows.sources) or rows.time_s is None:
         return rows
-    if rate_deg_s is None:
+    given: str | float | None = rate_deg_s
+    if given is None:
         asked = Ambiguous(
             "--rate",
             f"{rows.name} has times and errors but no angle. How fast does the axis turn, in "
@@ -207,12 +221,7 @@ def _turning(rows: FileRows, rate_deg_s: float | None, choices: Choices) -> File
             [f"{SIDEREAL_DEG_S:.9f}"],
             free_text=True,
         )
-        text = choices.ask(asked)
-        try:
-            rate_deg_s = float(text)
-        except ValueError:
-            raise ValueError(f"--rate: expected degrees per second, found {text!r}") from None
-    if not np.isfinite(rate_deg_s) or rate_deg_s == 0.0:
-        raise ValueError(f"--rate: expected degrees per second other than 0, found {rate_deg_s:g}")
-    choices.note(f"{rows.name}: the angle is {rate_deg_s:.9g}°/s times the time (--rate)")
-    return replace(rows, angles={**rows.angles, "target": rows.time_s * (rate_deg_s / 360.0)})
+        given = choices.ask(asked)
+    rate = checked_number("--rate", given, "degrees per second other than 0", bool)
+    choices.note(f"{rows.name}: the angle is {rate:.9g}°/s times the time (--rate)")
+    return replace(rows, angles={**rows.angles, "target": rows.time_s * (rate / 360.0)})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -114,6 +115,31 @@ def refuse(asked: Ambiguous) -> str:
         Always.
     """
     raise AmbiguousError(asked)
+
+
+def checked_number(
+    option: str,
+    given: str | float,
+    expected: str,
+    allowed: Callable[[float], bool] = lambda _: True,
+) -> float:
+    """Return the number that a user gave for an option.
+
+    Raises ValueError, which names option and expected value, if ``given`` is no finite number or is
+    not ``allowed``.
+    """
+    try:
+        number = float(given)
+    except ValueError:
+        number = math.nan
+    if not (math.isfinite(number) and allowed(number)):
+        raise ValueError(f"{option}: expected {expected}, found {given!r}")
+    return number
+
+
+def checked_period(given: str | float) -> float:
+    """Return the time between two rows in seconds. Raises ValueError if it is not above 0."""
+    return checked_number("--period", given, "seconds above 0", lambda period: period > 0.0)
 
 
 _OF_THE_DATA = ("--zero", "--clock-offset", "--order")

@@ -16,7 +16,7 @@ from typing import Protocol
 
 import numpy as np
 
-from arctrue.importing.choices import Ambiguous, AmbiguousError, Choices
+from arctrue.importing.choices import Ambiguous, AmbiguousError, Choices, checked_period
 from arctrue.importing.file_content import FileContent, Known
 from arctrue.importing.gzip_file import is_gzip, unpacked
 from arctrue.measurement import MeasurementError
@@ -160,8 +160,10 @@ def read_recording(path: Path, name: str, settings: ReadSettings, choices: Choic
     AmbiguousError
         If a question is open.
     ValueError
-        If no reader has that name, or a plug-in cannot be used.
+        If no reader has that name, a plug-in cannot be used, or the period is not above 0.
     """
+    if settings.period_s is not None:
+        checked_period(settings.period_s)
     recording = _unpacked_or_read(path, name, settings, choices)
     if settings.period_s is None or "time" in recording.known:
         return recording

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.choices import Ambiguous, Choices, checked_number
 from arctrue.importing.clocks import ClockOffset, UndeterminedOffsetError, clock_offset
 from arctrue.importing.file_rows import FileRows
 from arctrue.importing.settings import Settings
@@ -73,7 +73,7 @@ def _clocks(
 ) -> ClockOffset:
     nan = float("nan")
     if settings.clock_offset_s is not None:
-        return ClockOffset(settings.clock_offset_s, nan, nan, nan, nan)
+        return ClockOffset(_offset(settings.clock_offset_s), nan, nan, nan, nan)
     try:
         found = clock_offset(reference_time_s, target, time_s, reading)
     except UndeterminedOffsetError as error:
@@ -86,10 +86,14 @@ def _clocks(
                 free_text=not error.candidates_s,
             )
         )
-        return ClockOffset(float(given), nan, nan, nan, nan)
+        return ClockOffset(_offset(given), nan, nan, nan, nan)
     choices.note(
         f"clocks: {found.offset_s:+.6f} s are added to the reference's time, standard uncertainty "
         f"{found.u_s:.2g} s; the offsets of parts differ by at most {found.left_s:.2g} s, "
         f"the rates differ by {found.drift_ppm:.2g} ± {found.u_drift_ppm:.2g} ppm"
     )
     return found
+
+
+def _offset(given: str | float) -> float:
+    return checked_number("--clock-offset", given, "seconds")

@@ -124,3 +124,38 @@ def test_coarse_counts_round_by_one() -> None:
     heads = disc.heads(turn_angles(1_000))
     (turn,) = whole_turns(capture_of([heads]), 4096, None, 8)
     assert turn.turns == 1
+
+
+def masked(capture: Capture, *samples: int) -> Capture:
+    mask = np.zeros(capture.run.size, dtype=bool)
+    mask[list(samples)] = True
+    return replace(capture, mask=mask)
+
+
+def test_a_masked_jump_is_not_judged() -> None:
+    """300,000 counts in 1 ms are three times the 100,000 clocks of 100 MHz."""
+    heads = HEADS.copy()
+    heads[:, 500] += 300_000
+    capture = capture_of([heads])
+    assert refusal(capture).sample == 500
+    (turn,) = whole_turns(masked(capture, 500), COUNTS, None, 32)
+    assert (turn.samples, turn.masked) == (11_999, 1)
+
+
+def test_the_time_between_unmasked_neighbours_is_judged() -> None:
+    capture = capture_of([HEADS])
+    capture.time_s[501:] -= capture.time_s[501] - capture.time_s[499]
+    found = refusal(masked(capture, 500))
+    assert (found.reason, found.sample) == ("over_speed", 501)
+    steps = HEADS[0, 501] - HEADS[0, 499]
+    assert f"{steps} counts in 0.000000 s" in str(found)
+
+
+def test_a_masked_time_that_is_not_a_number_is_not_judged() -> None:
+    capture = capture_of([HEADS, HEADS])
+    capture.time_s[77] = np.nan
+    turns = whole_turns(masked(capture, 77), COUNTS)
+    assert [turn.run for turn in turns] == [0, 1]
+    capture.time_s[79] = np.nan
+    found = refusal(masked(capture, 77), runs=[0])
+    assert (found.reason, found.sample) == ("nan", 79)

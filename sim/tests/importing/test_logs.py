@@ -177,6 +177,14 @@ def test_samples_of_linuxcnc_with_an_overrun(tmp_path: Path) -> None:
         read(path, period_s=0.002)
 
 
+@pytest.mark.parametrize("period_s", [0.0, -1.0, float("nan")])
+def test_a_period_from_python_is_checked(tmp_path: Path, period_s: float) -> None:
+    path = tmp_path / "samples.csv"
+    path.write_text("target_deg,head1_deg\n" + "".join(f"{n},{n}\n" for n in range(40)))
+    with pytest.raises(ValueError, match="--period: expected seconds above 0, found"):
+        read(path, period_s=period_s)
+
+
 def epics_log(path: Path, deg_s: float = 2.0) -> None:
     lines = []
     for n in range(200):

@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import importlib
 import shlex
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
@@ -115,3 +117,63 @@ def test_a_file_with_too_few_columns_is_a_sentence(tmp_path: Path) -> None:
     done = arctrue(tmp_path / "a.csv", tmp_path / "out")
     assert done.exit_code == 2
     assert "first rows of a.csv" in done.output
+
+
+def halsampler(folder: Path) -> tuple[str | Path, ...]:
+    path = folder / "samples.txt"
+    path.write_text("".join(f"{n} {0.36 * n:.4f} {0.36 * n:.4f}\n" for n in range(60)))
+    return (path, "--format", "linuxcnc")
+
+
+def two_logs(folder: Path) -> tuple[str | Path, ...]:
+    time_s = np.arange(0.0, 20.0, 0.01)
+    np.savez(folder / "enc.npz", time_s=time_s, head1_turns=0.1 * time_s)
+    np.savez(folder / "ref.npz", time_s=time_s, target_turns=0.1 * time_s)
+    return (folder / "enc.npz", folder / "ref.npz")
+
+
+def heads(number: int) -> Callable[[Path], tuple[str | Path, ...]]:
+    def written(folder: Path) -> tuple[str | Path, ...]:
+        names = ",".join(f"head{head}_counts" for head in range(1, number + 1))
+        rows = "".join(",".join([f"{n / 10}", *[str(n)] * number]) + "\n" for n in range(60))
+        (folder / "heads.csv").write_text(f"time_s,{names}\n{rows}")
+        return (folder / "heads.csv",)
+
+    return written
+
+
+def timed_errors(folder: Path) -> tuple[str | Path, ...]:
+    (folder / "guide.csv").write_text(
+        "time_s,error_arcsec\n" + "".join(f"{n},{n % 7}\n" for n in range(60))
+    )
+    return (folder / "guide.csv",)
+
+
+@pytest.mark.usefixtures("terminal")
+@pytest.mark.parametrize(
+    ("files", "option", "expected", "answers"),
+    [
+        (halsampler, "--period", "seconds above 0", ["abc", "0", "-1", "nan", "inf"]),
+        (two_logs, "--clock-offset", "seconds", ["abc", "nan", "inf"]),
+        (heads(2), "--counts-per-rev", "a whole number from 4", ["abc", "1.5", "0", "-4"]),
+        (heads(2), "--separation", "degrees between -360 and 360", ["abc", "nan", "360"]),
+        (heads(3), "--places", "", ["abc", "0,nan,90", "0,33", "10,20,30"]),
+        (timed_errors, "--rate", "degrees per second", ["abc", "nan", "0"]),
+    ],
+)
+def test_a_typed_number_is_checked_like_its_option(
+    files: Callable[[Path], tuple[str | Path, ...]],
+    option: str,
+    expected: str,
+    answers: list[str],
+    tmp_path: Path,
+) -> None:
+    """The message names the option, and nothing is written."""
+    words = files(tmp_path)
+    before = [] if option == "--counts-per-rev" else ["--counts-per-rev", "4096"]
+    for answer in answers:
+        done = arctrue(*words, *before, tmp_path / "out", said=f"{answer}\n")
+        said = " ".join(done.output.split())
+        assert done.exit_code == 2, (answer, said)
+        assert f"{option}: expected {expected}" in said.partition("open: ")[2], answer
+        assert not (tmp_path / "out").exists()

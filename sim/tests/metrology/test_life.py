@@ -46,7 +46,7 @@ def test_the_ratio_is_that_of_least_squares() -> None:
     constant = np.ones((11, 1))
     brute = max(
         22.0 * np.log(rss(constant) / rss(np.column_stack([constant, basis(days, *place)])))
-        for place in places(11)
+        for place in places(days)
     )
     assert ratios(days, weight[None], values[None])[0] == pytest.approx(brute, rel=1e-9)
 
@@ -77,11 +77,11 @@ def test_the_tail_is_an_upper_limit_of_that_of_draws(parts: int) -> None:
     one_change = parts * sets * np.log1p(taken / rest)
     for share in (0.01, 0.002):
         ratio = float(np.quantile(found, 1.0 - share))
-        tail = largest_tail(ratio, sets, parts)
+        tail = largest_tail(ratio, days, parts)
         # Four standard deviations of a number of draws.
         assert tail > share - 4.0 * np.sqrt(share / number)
         counted = np.count_nonzero(one_change >= ratio)
-        expected = 20 * number * tail / len(places(sets))
+        expected = 20 * number * tail / len(places(days))
         assert abs(counted - expected) < 4.0 * np.sqrt(expected) + 1.0
 
 
@@ -98,6 +98,44 @@ def test_many_series_and_short_intervals_hide_no_large_change(number: int, gap_d
         machine.append(Series(f"e.p{place}", "arcsec", days, values, np.full(14, 0.01)))
     found = find_changes(machine, 0.5, random)
     assert [(one.series.name, one.kind) for one in found] == [("e.p0", "step")]
+
+
+DATES = np.array([0.0, 30, 60, 90, 120, 150, 180, 210, 240, 270, 300])
+
+
+@pytest.mark.parametrize("again", [2, 3])
+def test_a_drift_up_to_several_sets_of_one_date_is_found_and_forecast(again: int) -> None:
+    """A drift of 0.01″ a day from day 150 on, measured several times on the last date, 300. A line
+    through 0 at day 150 passes 2″ at day 350, 50 days after the last set."""
+    random = np.random.default_rng(13)
+    days = np.concatenate([DATES, np.full(again, DATES[-1])])
+    true = 0.01 * np.maximum(days - 150.0, 0.0)
+    values = (true + 0.01 * random.standard_normal(days.size))[:, None]
+    series = Series("effect.size", "arcsec", days, values, np.full(days.size, 0.01))
+    (change,) = find_changes([series], 0.5, random)
+    assert change.kind == "drift"
+    assert change.earliest_day <= 150.0 <= change.latest_day
+    assert change.size == pytest.approx(1.5, abs=3.0 * change.u)
+    found = forecast(series, [change], 2.0, random)
+    # The drift may also slow down or speed up: with the time to the power ½ it passes the limit
+    # at day 417, with the power 2 at day 323.
+    assert 323.0 < found.day < 417.0
+
+
+@pytest.mark.parametrize("days", [np.repeat(DATES[:4], 3), np.zeros(12)], ids=["three", "all"])
+def test_sets_of_one_date_hide_no_large_change(days: Float) -> None:
+    """A step of 1000 standard deviations is found if each date has three sets, and if all sets have
+    the same date; a machine without a change has none."""
+    random = np.random.default_rng(14)
+    values = 0.01 * random.standard_normal((12, 1))
+    series = Series("effect.size", "arcsec", days, values, np.full(12, 0.01))
+    assert find_changes([series], 0.5, random) == []
+    stepped = values + np.where(np.arange(12) >= 6, 10.0, 0.0)[:, None]
+    series = Series("effect.size", "arcsec", days, stepped, np.full(12, 0.01))
+    (change,) = find_changes([series], 0.5, random)
+    assert change.earliest_day == days[5]
+    assert change.latest_day == days[6]
+    assert change.size == pytest.approx(10.0, abs=4.0 * change.u)
 
 
 @pytest.mark.large

@@ -13,10 +13,12 @@ from arctrue.generated.number_formats import (
     DELAY_LINE_LATENCY,
     HARMONIC_LATENCY,
     PHASE_LATENCY,
+    PIPELINE_LATENCY,
 )
 
 ROOT = Path(__file__).resolve().parents[3]
 CLOCK_NS = 10
+CORE = "rtl/core/arctrue_core.vhd"
 
 
 def _text(name: str) -> str:
@@ -31,6 +33,31 @@ def _pin_to_pin(fold: int) -> str:
 def test_the_paper_table_1_is_the_unfolded_pipeline() -> None:
     assert (PHASE_LATENCY, HARMONIC_LATENCY, COMPENSATION_LATENCY) == (5, 20, 4)
     assert pipeline_clocks() == 29 == DELAY_LINE_LATENCY + COMPENSATION_LATENCY
+
+
+@pytest.mark.parametrize("heads", [2, 3, 4])
+@pytest.mark.parametrize("fold", [1, 2, 4, 8])
+def test_the_latency_is_the_constant_of_the_core(fold: int, heads: int) -> None:
+    """``CORE_LATENCY`` in the VHDL, which the register ``pipeline.latency`` states.
+    ``tb/core/test_pin_to_pin.py`` measures the core."""
+    sum_ = re.search(r"constant CORE_LATENCY +: positive := ([^;]+);", _text(CORE))
+    assert sum_
+    known = {
+        "PIPELINE_LATENCY": PIPELINE_LATENCY,
+        "FOLD": fold,
+        "boolean'pos(HEADS > 2)": heads > 2,
+    }
+    terms = re.fullmatch(r"(.+) \+ (.+) - 1 \+ (.+)", sum_[1])
+    assert terms, sum_[1]
+    clocks = sum(known[term] for term in terms.groups()) - 1
+    assert pipeline_clocks(fold, heads) == clocks
+    shorter = pin_to_pin_clocks(fold)
+    assert pin_to_pin_clocks(fold, heads) == tuple(one + (heads > 2) for one in shorter)
+
+
+def test_timing_says_the_clock_of_three_or_four_heads() -> None:
+    assert pipeline_clocks(1, 3) == pipeline_clocks(1, 4) == pipeline_clocks() + 1
+    assert "with three or four heads one more, also from pin to pin." in _text("docs/timing.md")
 
 
 @pytest.mark.parametrize("fold", [1, 2, 4, 8])

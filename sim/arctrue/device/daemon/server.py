@@ -139,7 +139,8 @@ class Server:
             await self._http(line, reader, writer)
             return
         request = _request(line)
-        if not hmac.compare_digest(str(request.get("token", "")).encode(), self._token):
+        token = str(request.get("token", "")).encode(errors="surrogatepass")
+        if not hmac.compare_digest(token, self._token):
             writer.write(
                 _line(
                     {
@@ -151,7 +152,13 @@ class Server:
             return
         asked = request.get("ask")
         if asked == "watch":
-            await self._watch(reader, writer, int(request.get("latest", 0)))
+            latest = request.get("latest", 0)
+            if isinstance(latest, bool) or not isinstance(latest, int) or latest < 0:
+                found = str(latest)[:40]
+                text = f"latest: expected a whole number from 0, found {found}"
+                writer.write(_line({"error": text}))
+                return
+            await self._watch(reader, writer, latest)
         elif asked == "console":
             await self._console(reader, writer)
         elif asked == "status":
@@ -178,9 +185,12 @@ class Server:
             name, _, value = header.partition(b":")
             if name.strip().lower() == b"authorization":
                 given = value.strip().removeprefix(b"Bearer ").strip()
+        path = line.split()[1:2]
         if not hmac.compare_digest(given, self._token):
             status, text = "401 Unauthorized", "send the token: Authorization: Bearer TOKEN\n"
-        elif line.split()[1].partition(b"?")[0] != b"/metrics":
+        elif not path:
+            status, text = "400 Bad Request", "expected a path, such as GET /metrics\n"
+        elif path[0].partition(b"?")[0] != b"/metrics":
             status, text = "404 Not Found", "there is /metrics only\n"
         else:
             status, text = "200 OK", metrics_text(self._state)

@@ -16,9 +16,13 @@ def checked_zero(degrees: Any) -> float:
     """Return the angle at the index in degrees. Raises ValueError unless it is a finite number."""
     if isinstance(degrees, bool) or not isinstance(degrees, int | float):
         raise ValueError(f"expected a number of degrees, found {degrees!r}")
-    if not math.isfinite(degrees):
-        raise ValueError(f"expected a finite number of degrees, found {degrees}")
-    return float(degrees)
+    try:
+        found = float(degrees)
+    except OverflowError:  # of a whole number above the range of a float
+        found = math.inf
+    if not math.isfinite(found):
+        raise ValueError(f"expected a finite number of degrees, found {found}")
+    return found
 
 
 def read_zero(file: Path) -> float:

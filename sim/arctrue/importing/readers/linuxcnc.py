@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from arctrue.importing.choices import Ambiguous, Choices
+from arctrue.importing.choices import Ambiguous, Choices, checked_period
 from arctrue.importing.file_content import FileContent, Known
 from arctrue.importing.reader import ReadSettings
 from arctrue.importing.readers.unpacked_size import refuse_many_fields
@@ -30,7 +30,8 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
 
     A file with an overrun and without sample numbers is refused, because the number of lost samples
     is unknown. The user is asked for a period that is not stated. Raises MeasurementError, which
-    names the row of a wrong line, and AmbiguousError if nobody answers.
+    names the row of a wrong line, ValueError for an answer that is no period, and AmbiguousError if
+    nobody answers.
     """
     rows: list[list[float]] = []
     places: list[int] = []
@@ -66,7 +67,7 @@ def read(path: Path, settings: ReadSettings, choices: Choices) -> FileContent:
         )
     period = settings.period_s
     if period is None:
-        period = float(
+        period = checked_period(
             choices.ask(
                 Ambiguous(
                     "--period",

@@ -107,12 +107,18 @@ def basis(days: Float, kind: Kind, index: int, exponent: float = 1.0) -> Float:
     return np.asarray((np.maximum(days - begin, 0.0) / (days[-1] - begin)) ** exponent)
 
 
-def places(sets: int) -> list[tuple[Kind, int]]:
-    """Return kind and place of every change that the search tries, (kind, index)."""
+def places(days: Float) -> list[tuple[Kind, int]]:
+    """Return kind and place of every change that the search tries, (kind, index).
+
+    A drift needs a later date at which the value has changed: among sets of the same date only the
+    last one is a beginning.
+    """
+    sets = days.size
     steps: list[tuple[Kind, int]] = [
         ("step", index) for index in range(ON_A_SIDE, sets - ON_A_SIDE + 1)
     ]
-    return [*steps, *(("drift", index) for index in range(sets - ON_A_SIDE))]
+    begins = (index for index in range(sets - ON_A_SIDE) if days[index + 1] > days[index])
+    return [*steps, *(("drift", index) for index in begins)]
 
 
 def weights(values: Float, u: Float, design: Float) -> Float:
@@ -155,34 +161,35 @@ def ratios(days: Float, weight: Float, values: Float) -> Float:
     ``weight`` (rows, sets) or (1, sets), ``values`` (rows, sets, components); ``days`` (sets,). A
     change reduces RSS₀ by (Σw·h·r)²/(Σw·h² − (Σw·h)²/Σw), where r are the residuals about the mean.
     """
-    sets = days.size
     total = weight.sum(axis=1)
     mean = np.einsum("kn,knd->kd", weight, values) / total[:, None]
     residual = values - mean[:, None, :]
     weighted = weight[:, :, None] * residual
     rss = np.einsum("knd,knd->k", weighted, residual)
-    shapes = np.stack([basis(days, *place) for place in places(sets)])
+    shapes = np.stack([basis(days, *place) for place in places(days)])
     across = np.einsum("knd,mn->kmd", weighted, shapes, optimize=True)
     norm = weight @ (shapes**2).T - (weight @ shapes.T) ** 2 / total[:, None]
     taken = np.sum(across**2, axis=2) / np.maximum(norm, np.finfo(float).tiny)
     left = np.maximum(1.0 - taken.max(axis=1) / np.maximum(rss, np.finfo(float).tiny), 1e-12)
-    return np.asarray(-values.shape[2] * sets * np.log(left))
+    return np.asarray(-values.shape[2] * days.size * np.log(left))
 
 
 def look_probability(days: Float, false_alarms_a_year: float) -> float:
     """Return the false-alarm probability permitted for one evaluation, if the machine is evaluated
-    after every set."""
-    between = float(np.median(np.diff(days))) if days.size > 1 else DAYS_A_YEAR
+    after every set. Sets of the same date count as one evaluation."""
+    dates = np.unique(days)
+    between = float(np.median(np.diff(dates))) if dates.size > 1 else DAYS_A_YEAR
     return float(min(false_alarms_a_year * between / DAYS_A_YEAR, LARGEST_ALPHA))
 
 
-def largest_tail(ratio: float, sets: int, components: int) -> float:
+def largest_tail(ratio: float, days: Float, components: int) -> float:
     """Return an upper limit of the probability that an unchanged series has a likelihood ratio of
     at least ``ratio``: the sum of the probabilities of all changes that are tried."""
+    sets = days.size
     one_change = betainc(
         0.5 * components * (sets - 2), 0.5 * components, np.exp(-ratio / (components * sets))
     )
-    return float(len(places(sets)) * one_change)
+    return float(len(places(days)) * one_change)
 
 
 def adjusted_p_values(
@@ -199,7 +206,7 @@ def adjusted_p_values(
     for place, (one, own) in enumerate(zip(series, values, strict=True)):
         weight = weights(own, one.u, np.ones((one.days.size, 1)))[None]
         measured = float(ratios(one.days, weight, own[None])[0])
-        found[place] = largest_tail(measured, *own.shape)
+        found[place] = largest_tail(measured, one.days, own.shape[1])
         if found[place] < 1.0 / (number + 1.0):
             continue
         normal = random.standard_normal((number, *own.shape)) / np.sqrt(weight)[:, :, None]
@@ -289,7 +296,8 @@ def _between(days: Float, place: Place) -> tuple[float, float]:
     """Return the two days between which a change of this kind and place lies."""
     if place.kind == "step":
         return float(days[place.index - 1]), float(days[place.index])
-    return float(days[max(place.index - 1, 0)]), float(days[place.index + 1])
+    earlier = days[days < days[place.index]]
+    return float(earlier[-1] if earlier.size else days[0]), float(days[place.index + 1])
 
 
 def posterior(series: Series, known: Sequence[Shape]) -> list[Place]:
@@ -305,7 +313,7 @@ def posterior(series: Series, known: Sequence[Shape]) -> list[Place]:
     used = {shape[:2] for shape in known}
     tried: list[Shape] = [
         (kind, index, exponent)
-        for kind, index in places(size)
+        for kind, index in places(days)
         if (kind, index) not in used
         for exponent in (EXPONENTS if kind == "drift" else (1.0,))
     ]
@@ -317,7 +325,8 @@ def posterior(series: Series, known: Sequence[Shape]) -> list[Place]:
     for number, design in enumerate(designs):
         scaled = np.sqrt(weight)[:, None] * design
         sign, determinant = np.linalg.slogdet(scaled.T @ scaled)
-        if sign <= 0:
+        # A drift up to the last date equals a step before that date.
+        if sign <= 0 or np.linalg.matrix_rank(scaled) < scaled.shape[1]:
             logs[number] = -np.inf
             continue
         freedom = (size - design.shape[1]) * parts
