@@ -288,8 +288,8 @@ def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
 def test_a_failed_head_without_a_set_is_reported_until_the_failover_is_switched_on_again(
     running: Firmware,
 ) -> None:
-    """The gateware refuses the set without a head if this set is not valid; the head stays in the
-    mean, so that no other sign would report the fault."""
+    """The gateware refuses the set without a head if this set is not valid. The head then stays in
+    the mean, and only this alarm reports the fault."""
     loaded(running, file_of(1, 2))
     running.send("telemetry on")
     refused = bit("heads_status", "swap_refused")
