@@ -113,8 +113,8 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
 @pytest.mark.parametrize(
     ("lines", "multiples"),
     [
-        # One period in 3 x 478 s less than three worm periods' resolution: 157.5 s is 0.23 of 1/T
-        # from the third multiple, 159.3 s, in a log of seven worm periods.
+        # The line of 157.5 s is 0.23 of 1/T from the worm's third multiple, 159.3 s, in a log of
+        # seven worm periods.
         ([(3.0, 157.5)], [None]),
         pytest.param([(6.0, WORM_S), (3.0, 157.5)], [1, None], marks=pytest.mark.large),
         pytest.param([(6.0, WORM_S), (3.0, WORM_S / 3.0)], [1, 3], marks=pytest.mark.large),
@@ -279,7 +279,8 @@ def test_noise_that_cannot_be_factored_is_impossible(parts: tuple[Literal["smoot
 
 
 def test_a_second_search_of_a_record_fits_no_noise_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second search of equal numbers evaluates no likelihood; one other number is searched."""
+    """A second search of equal numbers evaluates no likelihood; a search after one number has
+    changed does."""
     asked = []
 
     def counted(*of: Any) -> tuple[float, np.ndarray]:

@@ -34,8 +34,8 @@ def _line(periods: float, time: np.ndarray, phase: np.ndarray | float = 0.0) -> 
 @pytest.mark.parametrize("instants", [(0.33, 0.66), (0.2, 0.7)])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_phase_that_changes_twice_is_not_two_lines(seed: int, instants: Sequence[float]) -> None:
-    """Two lines at 18.7 and 21.5 periods leave a third of this line or more; no line exists at
-    these periods."""
+    """The search must not describe a line whose phase changes as two lines: the best two, at 18.7
+    and 21.5 periods, leave at least a third of it."""
     first, second = instants
 
     def flipped(_: np.random.Generator, time: np.ndarray) -> np.ndarray:

@@ -87,7 +87,7 @@ def test_the_verdict_describes_one_line() -> None:
 @pytest.mark.parametrize("hz", [0.05, pytest.param(0.4, marks=pytest.mark.large)])
 @pytest.mark.parametrize("constant_s", [pytest.param(22.0, marks=pytest.mark.large), 90.0])
 def test_an_oscillation_that_noise_drives_is_no_line(hz: float, constant_s: float) -> None:
-    """It loses its phase within an eighth or a half of the longest run."""
+    """The oscillation loses its phase within an eighth or a half of the longest run."""
     random = np.random.default_rng(10)
     rows = _clock(3.0, SPEEDS)
     shaken = driven_oscillator(random, rows[1], 1.0 / hz, np.pi * hz * constant_s)
@@ -104,7 +104,8 @@ def test_noise_has_no_line_of_runs(kind: str) -> None:
 
 
 def test_a_line_with_one_phase_is_not_one_of_runs() -> None:
-    """The noise gives each of two further phases a gain of one on average."""
+    """From noise alone, each of two further phases gains one on average; this is no line with a
+    phase in each run."""
     random = np.random.default_rng(12)
     rows = _clock(4.0, SPEEDS)
     error = SIZE * np.cos(2.0 * np.pi * 0.4 * rows[1]) + NOISE * random.normal(size=rows[1].size)

@@ -117,7 +117,7 @@ def test_a_line_among_smaller_errors_of_the_stations_is_named() -> None:
 
 
 def _wander(random: np.random.Generator, angle: Float) -> Float:
-    """Return an error of orders 1 to 3, another one for each call: 2″ each."""
+    """Return an error of orders 1 to 3 whose coefficients, 2″ RMS, are drawn anew in each call."""
     parts = random.normal(0.0, 2.0, (3, 2))
     orders = np.arange(1, 4)[:, np.newaxis]
     waves = parts[:, :1] * np.cos(orders * angle) + parts[:, 1:] * np.sin(orders * angle)

@@ -134,8 +134,8 @@ def test_an_effect_of_one_head_speaks_of_that_head(name: str, head: int) -> None
 
 
 def test_heads_that_are_read_one_after_the_other_are_named_together() -> None:
-    """One head alone does not explain the offsets of the runs, which the estimated scatter of the
-    index would hide."""
+    """A delay of one head alone does not explain the offsets of the runs. With such a delay in the
+    model, the estimated scatter of the index would hide the delays of the other heads."""
     later = (0.0, 1e-6, -1.5e-6, 2.5e-6)
     _, values = _named(FourHeads(later_s=later), "timing_skew")
     assert list(values) == ["skew", "skew_head3", "skew_head4"]

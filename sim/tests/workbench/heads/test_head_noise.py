@@ -77,10 +77,11 @@ def test_the_noise_of_each_head_is_found(head: int, places_deg: tuple[float, ...
         found = np.array(rows.head_noise.sigmas_arcsec)
         expected = np.full(len(places_deg), NOISE_ARCSEC)
         expected[head - 1] = np.hypot(NOISE_ARCSEC, NOISY_ARCSEC)
-        # Four runs of 800 samples and the window give 823 independent complex values. From three
-        # heads the variance of a quiet head is the covariance of Rᵢ − R₁ and Rᵢ − Rⱼ, with a
-        # standard deviation of 0.5·0.1·√(1/823) = 0.0018 arcsec², 9 % of σ; the noisy head has 2 %
-        # of σ, 1/√(4·823), and the limits that cut lines off lower every σ by 2 %.
+        # Four runs of 800 samples and the window give 823 independent complex values. With three
+        # heads, the variance of a quiet head is the covariance of Rᵢ − R₁ and Rᵢ − Rⱼ. Its standard
+        # deviation is 0.5·0.1·√(1/823) = 0.0018 arcsec², so that σ scatters by 9 %. The σ of the
+        # noisy head scatters by 1/√(4·823) = 2 %. The limits that exclude lines lower every σ by 2
+        # %.
         limit = np.where(expected > NOISE_ARCSEC, (0.02 + 4.0 * 0.018) * expected, 0.038)
         assert np.all(np.abs(found - expected) < limit), found
 
@@ -123,8 +124,9 @@ def test_two_heads_have_no_weights() -> None:
 
 
 def test_contrasts_of_unequal_heads_are_independent() -> None:
-    """The contrasts of true variances have a diagonal covariance, their offsets that of equal
-    indexes, and equal heads give the Helmert contrasts."""
+    """With the weights of the true variances, the contrasts have a diagonal covariance, and their
+    offsets have the covariance of equal indexes. For equal variances these weights are those of the
+    Helmert contrasts."""
     variances = np.array([0.25, 0.01, 0.04, 0.01])
     covariance = np.diag(variances[1:]) + variances[0]
     weights = contrast_weights(4, covariance)
@@ -286,8 +288,8 @@ def test_mixed_offsets_sum_like_columns() -> None:
 
 @pytest.mark.parametrize(("head", "seed"), [(1, 5), pytest.param(1, 7, marks=pytest.mark.large)])
 def test_a_noisy_head_is_stated_and_is_no_error(head: int, seed: int) -> None:
-    """A head five times as noisy as the others is no discovery, and the answer states it (before:
-    unknown, with a wave of high order of head 1)."""
+    """A head five times as noisy as the others is no discovery, and the answer states its noise. An
+    earlier version answered unknown, with a wave of high order of head 1."""
     found = diagnosis_of(_noisy(head).measured(seed))
     assert found.verdict == "adequate"
     said = " ".join(sentences(found))
