@@ -384,7 +384,8 @@ def test_a_save_does_not_drop_the_table_that_another_load_overwrote(end: str) ->
 @pytest.mark.parametrize("set_waits", [False, pytest.param(True, marks=pytest.mark.large)])
 def test_a_save_takes_the_points_from_the_record_before(set_waits: bool) -> None:
     """If an aborted load has overwritten the points, the firmware takes them from the latest
-    record, which holds the same table; also while a received set without a table waits."""
+    record, which holds the same table. It does so also while a received set without a table
+    waits."""
     board = saved_board()
     words = points_of(board.firmware)
     assert board.order("save").startswith("ok, record 1")

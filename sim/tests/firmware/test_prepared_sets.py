@@ -93,8 +93,8 @@ def lanes_of(amplitude: float) -> Coefficients:
 
 
 def without(missing: int) -> Coefficients:
-    """Return a set whose weights all differ. Head 1 is the carrier, the head whose counts the mean
-    follows, unless it is missing."""
+    """Return a set whose weights all differ. The carrier, the head whose counts the mean follows,
+    is head 1 unless this head is missing."""
     weights = [0 if head == missing else 10_000 * head for head in range(1, HEADS + 1)]
     carrier = 2 if missing == 1 else 1
     weights[carrier - 1] += 65_536 - sum(weights)

@@ -308,8 +308,8 @@ def test_a_hang_is_noticed_and_reported(tmp_path: Path) -> None:
 
 
 def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
-    """Imitate the chip's reset by the watchdog, which QEMU lacks: clear the on-chip memory and set
-    REBOOT_STATUS, which survives, to ``status``."""
+    """Imitate the chip's reset by the watchdog, because QEMU lacks it: clear the on-chip memory and
+    set REBOOT_STATUS, which this reset keeps, to ``status``."""
     machine.machine_command("stop")
     machine.machine_command("system_reset")
     while machine.machine_command("query-status")["status"] != "prelaunch":

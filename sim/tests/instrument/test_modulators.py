@@ -80,7 +80,7 @@ def order_0(
     counts: float, modulator: str | None, counts_per_rev: int = COUNTS, lanes: int = LANES
 ) -> Coefficients:
     """Return coefficients with one lane of order 0, which follows the condition ``modulator``;
-    None: it is constant. With FULL_LANES it is the last lane but one; pairs of lanes of order 7,
+    None: it is constant. With FULL_LANES it is the second-last lane; pairs of lanes of order 7,
     which cancel each other, fill all lanes before it, and the last lane is empty."""
     others = FULL_LANES - 2 if lanes == FULL_LANES else 0
     phase = 0.0 if counts > 0 else np.pi
@@ -127,7 +127,7 @@ def run(
 
 
 LATE = 120
-"""Clocks by which the reading is late, which are 36 counts at the first speed."""
+"""Delay of the reading in clocks: 36 counts at the first speed."""
 PACES = (0.3, 0.15)
 
 

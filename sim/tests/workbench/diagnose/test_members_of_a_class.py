@@ -133,7 +133,8 @@ def test_a_scatter_of_four_runs_is_not_a_known_one() -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_temperature_that_follows_the_speed_is_in_the_class(seed: int) -> None:
     """The offset of head 2 grows with the speed, as the temperature does. T₀ is a choice, and the
-    angle between the heads is not known to an arcsecond, so that the rows cannot tell."""
+    angle between the heads is not known to an arcsecond, so that the rows cannot separate the two
+    causes."""
     rows = _capture(
         seed,
         (20.0, 50.0, 90.0, 130.0, 170.0, 220.0),

@@ -110,7 +110,8 @@ def test_a_power_of_the_speed_is_no_delay(power: float, seed: int) -> None:
 def test_the_runs_of_a_delay_follow_a_straight_line(
     speeds: tuple[float, ...], zeros: float
 ) -> None:
-    """At most SURE_P of true delays are refused: none or one of 1,000 (P(two) < 0.005)."""
+    """The rule refuses at most the share SURE_P of true delays: none or one of 1,000 (P(two or
+    more) < 0.005)."""
     random = np.random.default_rng(7)
     speed = np.repeat(np.array(speeds, dtype=float), 4) * np.tile([1.0, -1.0], 2 * len(speeds))
     level = np.searchsorted(np.array(speeds), np.abs(speed))

@@ -23,8 +23,8 @@ Float = NDArray[np.float64]
 def _turned(
     errors: Float, runs: int, noise: float, seed: int, sign: int = 1, mount: Float | None = None
 ) -> MeasurementSet:
-    """Return one run a mounting over as many stations as ``errors``, the errors of the places of
-    the part that is turned by one more station before each run."""
+    """Return one run per mounting, over as many stations as ``errors`` has values. These are the
+    errors of the places of a part, which is turned by one more station before each run."""
     random = np.random.default_rng(seed)
     stations = errors.size
     run = np.repeat(np.arange(runs), stations)

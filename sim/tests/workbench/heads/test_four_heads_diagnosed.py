@@ -79,8 +79,8 @@ def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
 def test_a_saw_tooth_of_the_axis_is_more_than_its_low_orders(
     order: int, direction_rad: float
 ) -> None:
-    """A cam moves the axis by ±0.15 µm in a saw tooth, of which radial_error_motion has the orders
-    up to 8 only: a tenth of the error's square remains at the multiples above."""
+    """A cam moves the axis by ±0.15 µm in a saw tooth. The orders of radial_error_motion end at 8,
+    so that a tenth of the mean square of the error remains at higher multiples."""
 
     def motion(angle: Float) -> Float:
         share = np.mod(order * angle / (2.0 * np.pi) + 0.2, 1.0)
