@@ -1,4 +1,5 @@
-"""Tests runs that each have their own zero and their own order 1, and what only looks like it."""
+"""Tests sets whose runs each have their own zero and their own order 1, and sets that only resemble
+them."""
 
 from __future__ import annotations
 

@@ -163,7 +163,8 @@ def test_a_counter_loses_whole_counts() -> None:
 
 def _of_line(frequency: float, visits: int = 10, mixed: bool = False, pauses_s: float = 0.0):  # type: ignore[no-untyped-def]
     """Return the contradiction of a line in time, for 24 stations up and down, 4 s each, so that
-    each station is visited again after 192 s, and after a pause of up to ``pauses_s``."""
+    each station is visited again after 192 s. Each interval between visits differs from this by up
+    to half of ``pauses_s``."""
     up = np.arange(FACES) * 2.0 * np.pi / FACES
     target = np.tile(np.concatenate([up, up[::-1]]), visits)
     if mixed:

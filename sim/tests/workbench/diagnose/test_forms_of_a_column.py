@@ -103,7 +103,8 @@ def test_the_description_states_that_an_error_falls() -> None:
 
 
 def test_a_column_far_from_zero_has_no_forms() -> None:
-    """An air pressure of 990 to 1010 hPa and its square differ by 10⁻⁴ of their change."""
+    """The search tries no square of an air pressure of 990 to 1010 hPa: pressure and square, scaled
+    alike, differ by 10⁻⁴ of their change."""
     made = _loaded(np.zeros(LOADS.size), 0, 1)
     assert made.reference is not None
     made.reference.conditions["load_nm"][:] = 1000.0 + 0.1 * made.reference.conditions["load_nm"]

@@ -168,7 +168,7 @@ def test_adding_finds_the_width_and_an_export_writes_it(tmp_path: Path) -> None:
 
 
 def test_p_counts_every_form_and_width() -> None:
-    """The effect was chosen among no transition, a short one, and 2 forms × 24 widths."""
+    """p is corrected for the choice among no transition, a short one, and 2 forms × 24 widths."""
     measured = friction_set(4, stations=36, cycles=2, width_deg=20.0, form="exponential")
     residuals = _of_the_model(observations_of(measured))
     form, trials = Hysteresis().narrowed(residuals)
