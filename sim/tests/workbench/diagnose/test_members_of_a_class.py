@@ -87,8 +87,8 @@ def _set(
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_one_step_is_no_alternation_with_the_direction(seed: int) -> None:
-    """Head 2 is off by ±3″ in four runs, up and down in turns. One slip changes one run, and at one
-    speed a later reading causes the same alternation as the direction."""
+    """Head 2 is off by 3″ in two runs up and by −3″ in two runs down, which alternate. A single
+    slip cannot cause this; at one speed, a delay causes the same offsets as the direction."""
     rows = _capture(seed, (36.0, -36.0, 36.0, -36.0), of_head2=lambda v, _: 3.0 * np.sign(v))
     found = diagnosis_of(_set(rows))
     said = " ".join(sentences(found))

@@ -71,8 +71,9 @@ def test_frequency_and_amplitude_of_each_run(hz: float, seed: int) -> None:
 
 
 def test_the_verdict_describes_one_line() -> None:
-    """The rows of 0.25 s show 1.97 Hz; 1/0.25 s − 1.97 Hz has the period 0.4926 s. At the speed of
-    the first run the line would be the order 354.6, which single rows showed as a second line."""
+    """Rows every 0.25 s show the line of 1.97 Hz; its alias at 1/0.25 s − 1.97 Hz has the period
+    0.4926 s. At the speed of the first run the line has order 354.6, which an earlier version
+    listed as a second line of single rows."""
     found = diagnosis_of(_line(1, 1.97, 4.0))
     assert found.verdict == "unknown"
     said = sentences(found)
@@ -113,7 +114,7 @@ def test_a_line_with_one_phase_is_not_one_of_runs() -> None:
 
 
 def test_an_order_at_two_speeds_is_not_a_line_of_runs() -> None:
-    """At 2°/s the order 72 has 0.4 Hz, in the run at 3.1°/s 0.62 Hz."""
+    """Order 72 has 0.4 Hz in the runs at 2°/s, and 0.62 Hz in the run at 3.1°/s."""
     random = np.random.default_rng(13)
     rows = _clock(4.0, SPEEDS)
     error = SIZE * np.cos(72.0 * np.radians(rows[2]) + np.array([0.0, 2.0, 4.0])[rows[0]])

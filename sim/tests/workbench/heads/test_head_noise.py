@@ -143,8 +143,8 @@ def test_contrasts_of_unequal_heads_are_independent() -> None:
 
 
 def _alarms(observations: Observations, sigmas: Float, random: np.random.Generator) -> int:
-    """Return how often an order of the disc exceeds LEVEL in DRAWS of noise alone, over ORDERS; the
-    channels are taken as independent, as in the fit."""
+    """Return how often the test of one of the ORDERS of the disc has p below LEVEL, in DRAWS of
+    noise alone. The test assumes independent channels, as the fit does."""
     rows = observations.capture
     assert rows is not None
     assert rows.channel is not None
@@ -171,8 +171,8 @@ def _alarms(observations: Observations, sigmas: Float, random: np.random.Generat
     ids=["first_of_four", "second_of_four", "first_of_three", "second_of_three"],
 )
 def test_noise_of_one_head_makes_no_false_alarms(head: int, places_deg: tuple[float, ...]) -> None:
-    """Orders of the disc exceed their nominal p in noise alone as often as stated, and several
-    times as often with the weights of equal heads."""
+    """In noise alone, an order of the disc has p below LEVEL as often as stated. With the weights
+    of equal heads this is more frequent, with four heads more than twice as frequent."""
     sigmas = np.full(len(places_deg), NOISE_ARCSEC)
     sigmas[head - 1] = np.hypot(NOISE_ARCSEC, NOISY_ARCSEC)
     alarms = of_equal = 0
@@ -184,7 +184,7 @@ def test_noise_of_one_head_makes_no_false_alarms(head: int, places_deg: tuple[fl
         alarms += _alarms(observations, sigmas, np.random.default_rng(100 + seed))
         of_equal += _alarms(equal, sigmas, np.random.default_rng(100 + seed))
     tests = 3 * DRAWS * len(ORDERS)
-    # Binomial counting error with p = 0.1 %.
+    # The bound is the 0.1 % point of the binomial distribution.
     assert alarms <= binom.isf(1e-3, tests, LEVEL), (alarms, of_equal)
     # Of three heads, the order that suffers most is not among these.
     assert of_equal > (2 if len(places_deg) == 4 else 1) * alarms
