@@ -175,8 +175,8 @@ def reversed_runs() -> at.Dataset:
 
 
 def test_a_reached_bound_is_no_certainty() -> None:
-    """A reversal error of 0.5″ is bounded at 0.4″. Its interval reaches up to the bound, and down
-    by about as much as the likelihood allows."""
+    """A reversal error of 0.5″ is bounded at 0.4″. Its interval ends at the bound, and begins at
+    most four standard uncertainties of the fit without a bound below it."""
     model = orders(1).having("hysteresis")
     free = at.fit(reversed_runs(), model).params[REVERSAL]
     found = at.fit(reversed_runs(), model, bounds={REVERSAL: (None, 0.4)})

@@ -58,8 +58,8 @@ class SampledFromOutside(Device):
 
 
 def test_a_turn_is_not_appended_where_columns_would_be_lost(tmp_path: Path) -> None:
-    """The command would write the set without its column of texts; it refuses before it opens the
-    port."""
+    """The command refuses before it opens the port, because it would write the set without its
+    column of texts."""
     out = tmp_path / "set"
     write_measurement_set(out, measurement_set(runs=1, cycles=0, reference=False))
     path = out / "capture.csv"

@@ -1,5 +1,5 @@
-"""Tests commands in an installation without the packages of an extra: what needs no such package
-works, and for the others the message is one sentence with the install command."""
+"""Tests commands in an installation without the packages of an extra. Commands that need no such
+package work; the others print one sentence with the install command."""
 
 from __future__ import annotations
 

@@ -147,9 +147,10 @@ def test_the_plan_runs_on_the_compiled_instrument(
     reading = angle + 2.0 * np.pi * error_counts / SCENE_COUNTS
     phase = reading[:, None] * found.orders + 2.0 * np.pi * found.phase_offsets / 2**24
     made_counts = np.cos(phase) @ (found.amplitudes / 2**11)
-    # The rounding of the difference of two heads is 0.41 counts RMS. The fit to 600 samples has
-    # eight coefficients, and the separation of the heads magnifies two of them by 1/(2 sin 16.5°) =
-    # 1.8: 0.41 · √(8/600) · 1.8 = 0.09 counts. The bound is three times this.
+    # The rounding of the difference of two heads is 0.41 counts RMS. The four lanes have eight
+    # coefficients of a fit to 600 samples, and the separation of the heads magnifies the two of
+    # order 1 by 1/(2 sin 16.5°) = 1.8: 0.41 · √(8/600) · 1.8 = 0.09 counts. The bound is three
+    # times this.
     assert np.std(made_counts - error_counts) < 0.27
 
 

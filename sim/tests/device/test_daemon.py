@@ -349,7 +349,8 @@ def test_the_oldest_captures_are_deleted_and_other_folders_stay(tmp_path: Path) 
 
 def test_a_capture_after_the_clock_was_set_back_is_not_the_oldest(tmp_path: Path) -> None:
     """The system's clock sets the time of a folder and the time in its name. After the clock was
-    set back by a year, both are earlier than those of the captures before."""
+    set back by a year, both are earlier for a new capture than for the captures before; the daemon
+    must not delete the new capture as the oldest."""
     taken = ["20270101T000000Z-alarm", "20260101T000000Z-asked", "20260101T000100Z-schedule"]
     for number, name in enumerate(taken):
         (tmp_path / name).mkdir()

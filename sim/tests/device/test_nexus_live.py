@@ -253,8 +253,8 @@ def test_a_day_without_orders_is_written(tmp_path: Path) -> None:
 
 
 def test_events_are_appended(tmp_path: Path) -> None:
-    """A long event, here of 3000 bytes, makes a new file; an event after retention has deleted all
-    earlier ones, so that SQLite gives it their id again, is also appended."""
+    """A long event, here of 3000 bytes, makes a new file. After retention has deleted all events,
+    SQLite gives a new event an id that the file already has; this event is also appended."""
     machine = Machine(tmp_path, Retention(days=0.01))
     texts = ["a", "b", "x" * 3000, "again"]
     machine.add(1)
@@ -397,7 +397,7 @@ def test_a_stopped_daemon_leaves_closed_files_with_all_turns(
 ) -> None:
     store, files = tmp_path / "store", tmp_path / "files"
     with daemon(replay.port, store, "--files", str(files), "--files-every", "60") as running:
-        # From then on the writer ignores the signal.
+        # As soon as this file exists, the writer ignores the signal.
         until((files / ".arctrue-files-lock").exists)
         for number in range(20):
             replay.turn(number)
@@ -563,8 +563,8 @@ def test_after_a_power_cut_the_next_daemon_makes_the_file_anew(
 def test_a_full_disk_stops_neither_the_record_nor_later_files(
     replay: Replay, tmp_path: Path
 ) -> None:
-    """The writer's file cannot grow beyond 200 kB, as on a full disk, after which HDF5 can neither
-    close it nor end. The daemon reports this and continues, and another writer, which has no such
+    """The writer's file cannot grow beyond 200 kB, as on a full disk. HDF5 can then neither close
+    the file nor end. The daemon reports this and continues, and another writer, which has no such
     limit, writes all turns."""
     import resource
 
@@ -604,8 +604,9 @@ main()
 
 @pytest.mark.parametrize("room_bytes", [60_000, 150_000, 250_000])
 def test_the_command_files_states_a_full_disk(tmp_path: Path, room_bytes: int) -> None:
-    """No file can grow beyond the limit, as on a full disk. HDF5 then ended the command with a
-    segmentation fault; an earlier file of the day stays as it is."""
+    """On a full disk, here a limit of the size of files, the command reports the fault and keeps
+    the earlier file of the day. In an earlier version, HDF5 ended the command with a segmentation
+    fault."""
     machine = Machine(tmp_path)
     wide = tuple(range(1, 41))
     machine.add(*range(10), orders=wide)

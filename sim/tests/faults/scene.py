@@ -103,7 +103,7 @@ class Scene:
 
         The ``faults`` act from the beginning; the table may turn by more than one count per clock.
         ``generics`` are further generics of the core. ``flash`` is the flash content of a board
-        that was calibrated before; with it, no parameter is typed.
+        that was calibrated before; with it, the scene sets no parameter.
         """
         clock_hz = clock_hz_for(COUNTS, SPEED_RAD_S, CLOCKS_A_COUNT)
         self.instrument = Instrument(LANES, DEPTH, clock_hz=clock_hz, generics=generics)

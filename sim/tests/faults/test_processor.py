@@ -67,7 +67,8 @@ def test_begins_anew_after_a_fault(scene: Scene) -> None:
 
 @pytest.mark.large
 def test_begins_anew(scene: Scene) -> None:
-    """After a re-arm the correction ramps to 0, until the firmware has calibrated again."""
+    """After a re-arm the correction ramps to 0 and stays 0 until the firmware has calibrated
+    again."""
     scene.firmware.start()
     assert scene.firmware.phase == "wait_for_index"
     assert scene.firmware.coefficients is None

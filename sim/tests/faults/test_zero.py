@@ -1,5 +1,5 @@
-"""Tests the firmware's computation of the angle at the last index, which shows by how many counts a
-head's zero has moved, in both directions and with positions that wrap."""
+"""Tests how the firmware computes the angle at the last index, in both directions and with
+positions that wrap. This angle is the number of counts by which a head's zero has moved."""
 
 from __future__ import annotations
 

@@ -240,5 +240,5 @@ class Controller:
         if self.pins.reach_the_flash():
             answer = bytes(self.chip.exchange(byte, self.now_us) for byte in sent)
         if self.fault != "silent":
-            # Fewer than four bytes arrive in the upper end of the word.
+            # If fewer than four bytes arrive, they are the upper bytes of the word.
             self.queue.append(int.from_bytes(answer.rjust(4, b"\0"), "little"))

@@ -216,8 +216,8 @@ def slipped(counts: Any, slip: int) -> Any:
 @pytest.mark.parametrize("method", [0, 1])
 @pytest.mark.parametrize("slip", [-4, 40, -11_651, 1 << 20, (1 << 23) - 1])
 def test_counts_that_head_2_lost(running: Firmware, method: int, slip: int) -> None:
-    """The firmware corrects the zero of head 2 after head 2 has lost or gained 4 counts to half a
-    turn; an undetected loss would shift the separation."""
+    """The firmware corrects the zero of head 2 after head 2 has lost or gained between 4 counts and
+    half a turn; an undetected loss would shift the separation."""
     running.send(f"set method {method}")
     running.turn(turn())
     clean = running.turn(turn(seed=2))

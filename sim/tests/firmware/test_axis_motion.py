@@ -121,9 +121,9 @@ def test_ball_pass_has_its_true_size() -> None:
     """The result for a ball pass of known size is right, with motion that repeats, noise of 0.2″
     and an uneven speed.
 
-    The phase of the ball pass advances by the same step z in every turn, so that the mean over
-    former turns with the weights w has the share m = Σ w·z^k of the pass. The result has the
-    expected square true²·|1 − m|²/(1 + Σ w²), on average 1.026·true². The mean of 20 results
+    In every turn the ball pass is multiplied by the same phase factor z. The mean over former
+    turns, with the weights w, therefore contains m = Σ w·z^k times the ball pass. The result has
+    the expected square true²·|1 − m|²/(1 + Σ w²), on average 1.026·true². The mean of 20 results
     agrees within 4 standard deviations of this mean. 2u covers 95 % of the errors: at least 15 of
     20 results are covered, except with a probability of 3 in 1000 (binomial).
     """

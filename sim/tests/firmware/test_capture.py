@@ -124,8 +124,8 @@ def test_an_empty_bank() -> None:
 
 
 def test_more_than_a_turn() -> None:
-    """The firmware refuses a bank with more than a turn, because the sampler closes a bank after a
-    turn. A bank with more counts shows that the core has another number of counts per turn."""
+    """The firmware refuses a bank with more counts than a turn. Because the sampler closes a bank
+    after a turn, such a bank shows that the core has another number of counts per turn."""
     counts = good()
     assert verify(capture_in_c(counts, counts_per_rev=COUNTS // 2))[0] == "more_than_a_turn"
 

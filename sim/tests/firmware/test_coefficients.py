@@ -160,8 +160,8 @@ def test_a_fit_that_does_not_converge_is_refused(eccentricity_arcsec: float, rea
 
 
 def test_a_fit_takes_no_longer_than_the_watchdog_waits() -> None:
-    """A fit makes at most 64 passes over the turn (PASSES_MOST); a turn of 12,000 samples may take
-    only 23."""
+    """A fit makes at most 64 passes over the turn (PASSES_MOST); with 12,000 samples and 24 orders
+    it makes at most 23 (WORK_MOST)."""
     disc = Disc({1: (7700.0, 0.4)})
     for samples, expected in ((400, "none"), (12_000, "not_converged")):
         held = capture_in_c(counts_of(disc, noise=0.0, samples=samples), period_clocks=0)

@@ -200,8 +200,8 @@ def test_positions_that_wrap() -> None:
 
 
 def test_a_turn_that_does_not_divide_the_register() -> None:
-    """The estimate is right with 360,000 counts per turn, with which a wrapped position does not
-    give the angle; the offset corrects the angle."""
+    """The estimate is right with 360,000 counts per turn, of which 2³² is no multiple:
+    ``angle_offset`` corrects the angle that follows from a wrapped position."""
     disc = Disc(DISC.orders, counts_per_rev=360_000)
     counts = counts_of(disc, noise=3.0, samples=3000) + 6000 * 360_000
     assert counts[0, 0] > 2**31
@@ -220,7 +220,7 @@ def test_as_a_function_of_the_reading() -> None:
     library.estimate_as_function_of_reading(ffi.new("struct reading_workspace *"), made)
     expected = as_function_of_reading(before.orders, before.values)
     assert np.abs(values_of(made) - expected).max() < EQUAL_TO * 75.0
-    # This step corrects 0.055″ of order 2.
+    # This step changes order 2 by 0.055″.
     assert np.abs(values_of(made) - before.values).max() > 0.03
     again = values_of(made)
     library.estimate_as_function_of_reading(ffi.new("struct reading_workspace *"), made)

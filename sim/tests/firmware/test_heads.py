@@ -214,9 +214,9 @@ def test_c_equals_numpy(world: World) -> None:
     assert residuals == pytest.approx(numpy.residuals_arcsec, abs=same)
     circles = np.array([[*c.found.forward_arcsec], [*c.found.backward_arcsec]]).T
     assert np.abs(circles - numpy.circles).max() < same
-    # The C code estimates the noise in the last pass. The fit ends with a step d after this pass,
-    # which reduces the variance by at most d²: d² <= 0.1·REFINED_SHARE·largest value·step before
-    # (heads_estimate.c), which is < 1″.
+    # The C code estimates the noise in the last pass. The fit ends with a step d after this pass; d
+    # reduces the variance by at most d². By heads_estimate.c, d² <= 0.1·REFINED_SHARE·largest
+    # value·previous step, and the previous step is < 1″.
     last_step = 0.1 * 1e-11 * np.abs(numpy.disc).max()
     variance = numpy.noise_arcsec**2
     assert c.estimate.noise_arcsec**2 == pytest.approx(variance, rel=2e-8, abs=last_step)

@@ -144,9 +144,9 @@ def test_a_head_without_its_index_has_no_place_of_a_former_turn(
 
 @pytest.mark.parametrize("direction", [1, -1])
 def test_the_sense_of_the_latest_turn_counts_after_128_turns(direction: int) -> None:
-    """At 2²⁴ counts the turn position of 32 bits has the wrong sign from 128 turns on. The sense is
-    that of the counts in the latest capture, also if the turn is refused because a head counts
-    backwards or stands still."""
+    """With 2²⁴ counts per turn, the turn position of 32 bits has the wrong sign after 128 turns.
+    The sense is that of the counts in the latest capture, also if the turn is refused because a
+    head counts backwards or stands still."""
     running = four_heads()
     counts = replace(WORLD, speed=direction * WORLD.speed).counts()
     forwards, backwards = ("up", "down") if direction > 0 else ("down", "up")
@@ -164,8 +164,8 @@ def test_the_sense_of_the_latest_turn_counts_after_128_turns(direction: int) -> 
 
 
 def test_two_heads_show_the_mean_over_the_turn() -> None:
-    """After a turn the place is the mean over the turn, right within 4u; u contains the detection
-    of the index. The radii of two heads are not known."""
+    """After a turn the place is the mean over the turn, right within 4u; u includes the uncertainty
+    of the index's detection. The radii of two heads are not known."""
     running = Firmware(ModelCore())
     running.library.application_start(running.application)
     running.core.see_index()

@@ -183,8 +183,8 @@ def test_a_line_that_slips_is_found_and_followed(running: Firmware, order: float
 
 @pytest.mark.large
 def test_a_line_that_slips_is_followed_over_a_thousand_turns(running: Firmware) -> None:
-    """The lane follows a line whose order changes at random by 0.1 % in every turn; a lane that
-    keeps its first phase leaves more than a quarter."""
+    """The order of the line changes at random by 0.1 % in every turn. The lane leaves at most a
+    quarter of the line; a lane that keeps its first phase leaves more."""
     share, kept, _ = followed(running, 7.3, 1_000)
     assert share <= 0.25
     assert kept > 0.25

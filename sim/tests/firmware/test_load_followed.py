@@ -120,8 +120,8 @@ def test_what_cannot_be_is_refused(
         (45.0, 0.5, 0.2495, True),
         (45.0, 0.5, 0.2505, False),
         (45.0, -1.001, 0.0, False),
-        # The window lasts a period of four counts if the table needs longer for it than 2^14
-        # clocks.
+        # If the table needs more than 2^14 clocks for a period of four counts, the window lasts
+        # this period.
         (0.05, 0.999, 0.0, True),
         (0.05, 1.001, 0.0, False),
     ],

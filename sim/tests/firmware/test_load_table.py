@@ -171,8 +171,8 @@ def test_windows_that_overlap_or_touch_are_refused(
     running: Firmware, starts: tuple[int, ...], width: int, taken: bool
 ) -> None:
     """The first window that contains a reading gives the value. Where a window ends inside or next
-    to another one, the value would jump from one window's points to the other's, which the bound of
-    the slope does not contain. A window that begins like an earlier one is never used."""
+    to another one, the value would jump from one window's points to the other's; the bound of the
+    slope does not contain this jump. A window that begins like an earlier one is never used."""
     built(running)
     whole = starting((0,), 6)
     assert whole.extension is not None
@@ -196,8 +196,8 @@ def test_windows_that_overlap_or_touch_are_refused(
 def test_the_leap_at_the_ends_of_a_window_is_bounded(
     running: Firmware, first: int, answer: str
 ) -> None:
-    """At the first count of a window the value rises from 0 to the first point, which may be less
-    than one count high: the corrected angle would otherwise stop or turn back."""
+    """At the first count of a window the value rises from 0 to the first point. This point must be
+    below one count; otherwise the corrected angle would stop or turn back."""
     built(running)
     leaping = starting((0, 4 * WINDOW), 6, first)
     assert send(running, load_frames(leaping))[-1] == answer
@@ -384,7 +384,8 @@ def test_a_save_does_not_drop_the_table_that_another_load_overwrote(end: str) ->
 @pytest.mark.parametrize("set_waits", [False, pytest.param(True, marks=pytest.mark.large)])
 def test_a_save_takes_the_points_from_the_record_before(set_waits: bool) -> None:
     """If an aborted load has overwritten the points, the firmware takes them from the latest
-    record, which holds the same table; also while a received set without a table waits."""
+    record, which holds the same table. It does so also while a received set without a table
+    waits."""
     board = saved_board()
     words = points_of(board.firmware)
     assert board.order("save").startswith("ok, record 1")
@@ -413,7 +414,8 @@ def test_a_save_before_the_first_turn_keeps_the_table_that_waits() -> None:
 
 
 def test_a_save_into_a_silent_flash_leaves_the_table_that_waits() -> None:
-    """Record 2 is not in the first sector, and its points are read only by the first turn."""
+    """The table of record 2 waits after a save fails: the firmware reads the points of record 2
+    only at the first turn, and not from the first sector, which the test erases."""
     board = saved_board()
     words = points_of(board.firmware)
     for record in (1, 2):

@@ -30,7 +30,8 @@ OPTIONAL = {
     REAL_ORDERS: range(0x1400, address("turn_number") + 4),
     LOCAL_TABLE: range(LOCAL_POINTS_ADDRESS, LOCAL_POINTS_ADDRESS + 0x4000),
 }
-"""Addresses that a core has only with this bit of ``capability`` (docs/registers.md)."""
+"""Addresses of each part that a core has only if ``capability`` has the part's bit
+(docs/registers.md)."""
 PLACE = range(address("local_place.choice"), address("local_place.step_high") + 4)
 
 

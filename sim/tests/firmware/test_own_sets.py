@@ -242,8 +242,8 @@ def test_telemetry_has_places_and_radii() -> None:
 def test_heads_whose_loss_leaves_too_much_noise_have_no_set(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A head has no set if the mean without it would need weights that the gateware cannot hold or
-    would be too noisy. Without head 4 the other three stand within 60°; their mean would need a
+    """A head has no set if the mean without it would be too noisy or would need weights that the
+    gateware cannot hold. Without head 4 the other three stand within 60°; their mean would need a
     weight of −6.5, and the gateware holds −2 to 2."""
     places = (0.0, 30.0, 60.0, 200.0)
     monkeypatch.setitem(PLACES, HEADS, places)

@@ -93,8 +93,8 @@ def lanes_of(amplitude: float) -> Coefficients:
 
 
 def without(missing: int) -> Coefficients:
-    """Return a set whose weights all differ. Head 1 is the carrier, the head whose counts the mean
-    follows, unless it is missing."""
+    """Return a set whose weights all differ. The carrier, the head whose counts the mean follows,
+    is head 1 unless this head is missing."""
     weights = [0 if head == missing else 10_000 * head for head in range(1, HEADS + 1)]
     carrier = 2 if missing == 1 else 1
     weights[carrier - 1] += 65_536 - sum(weights)
@@ -288,8 +288,8 @@ def test_a_re_arm_asks_for_every_head(running: Firmware) -> None:
 def test_a_failed_head_without_a_set_is_reported_until_the_failover_is_switched_on_again(
     running: Firmware,
 ) -> None:
-    """The gateware refuses the set without a head if this set is not valid; the head stays in the
-    mean, so that no other sign would report the fault."""
+    """The gateware refuses the set without a head if this set is not valid. The head then stays in
+    the mean, and only this alarm reports the fault."""
     loaded(running, file_of(1, 2))
     running.send("telemetry on")
     refused = bit("heads_status", "swap_refused")

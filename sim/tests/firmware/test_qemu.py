@@ -59,8 +59,8 @@ def test_the_other_board_is_built_too() -> None:
 
 
 def test_the_memory_plan_has_the_sizes_of_the_image() -> None:
-    """The bytes that docs/memory-plan.md states as used are those of the sections, within 1 %; a
-    compiler of another version makes other code."""
+    """The used bytes in docs/memory-plan.md equal the sizes of the sections within 1 %. The test is
+    for the compiler that the page names, because another version makes other code."""
     page = (ROOT / "docs" / "memory-plan.md").read_text(encoding="utf-8")
     compiler = subprocess.run(
         ["arm-none-eabi-gcc", "-dumpversion"], check=True, capture_output=True, text=True

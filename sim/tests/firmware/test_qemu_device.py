@@ -212,8 +212,8 @@ def temperature_of(machine: Emulator) -> Any:
 
 
 def test_the_temperature_of_the_die(tmp_path: Path) -> None:
-    """The firmware reports no temperature for 0 K, which QEMU's converter reads until its register
-    is written. Then it reports the written 87 °C, with an alarm."""
+    """The firmware reports no temperature while QEMU's converter gives 0 K, which it does until the
+    test writes its register. Then the firmware reports the written 87 °C, with an alarm."""
     with running(tmp_path, one_sample()) as machine:
         machine.wait_for(READY)
         machine.ask("status", "phase capture")
@@ -308,8 +308,8 @@ def test_a_hang_is_noticed_and_reported(tmp_path: Path) -> None:
 
 
 def reset_by_the_watchdog(machine: Emulator, status: int) -> None:
-    """Imitate the chip's reset by the watchdog, which QEMU lacks: clear the on-chip memory and set
-    REBOOT_STATUS, which survives, to ``status``."""
+    """Imitate the chip's reset by the watchdog, because QEMU lacks it: clear the on-chip memory and
+    set REBOOT_STATUS, which this reset keeps, to ``status``."""
     machine.machine_command("stop")
     machine.machine_command("system_reset")
     while machine.machine_command("query-status")["status"] != "prelaunch":
@@ -340,8 +340,8 @@ def test_a_faults_name_survives_a_reset_of_the_system(tmp_path: Path, name: str)
 
 
 def test_a_write_that_the_bus_refuses_is_reported(tmp_path: Path) -> None:
-    """The firmware reports a write that the bus refuses; QEMU's bus refuses no write. The test
-    calls the handler with the state that the chip would give."""
+    """The firmware reports a write that the bus refuses. Because QEMU's bus refuses no write, the
+    test calls the handler with the state that the chip would give."""
     with running(tmp_path, core_window(None)) as machine:
         machine.wait_for(READY)
         reported = machine.machine_command(

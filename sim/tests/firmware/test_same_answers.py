@@ -139,8 +139,8 @@ def test_host_and_firmware_answer_alike(
 
 
 def test_random_files_get_the_same_answer(running: Firmware) -> None:
-    """Of 60 files with random parts, about half are refused; no slope is within 10⁻⁹ of a limit by
-    chance."""
+    """Of 60 files with random parts, about half are refused; no slope happens to be within 10⁻⁹ of
+    a limit."""
     everything(running)
     random = np.random.default_rng(7)
     answers = []

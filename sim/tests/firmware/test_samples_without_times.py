@@ -152,9 +152,10 @@ def test_the_mean_speed_of_the_turn_is_its_motion(
     """The firmware multiplies a lane by half at half the nominal speed, however the samples were
     taken, and also if the counts pass ±2³¹ meanwhile.
 
-    Telemetry states the standard uncertainty of an order over the modulator of the lane: the
-    modulator of the lane × direction is ±1, so the quotient of both is 2. The bound 1e-3 covers the
-    speed of head 1, which an eccentricity of 150″ changes by 7e-4 within the turn.
+    Telemetry states the standard uncertainty of an order divided by the modulator of its lane. The
+    modulator of the direction is ±1, so the uncertainties of the two lanes have the quotient 2. The
+    bound 1e-3 covers the speed of head 1, which an eccentricity of 150″ changes by 7e-4 within the
+    turn.
     """
     modulators(running)
     if how != "equal_times":

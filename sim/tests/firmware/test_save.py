@@ -349,8 +349,8 @@ def test_a_save_that_would_drop_orders_leaves_the_coefficients_that_wait(working
 
 
 def test_a_save_into_a_silent_flash_leaves_the_coefficients_that_wait(working: Board) -> None:
-    """With another number of counts per turn, a save that succeeded would have dropped the waiting
-    coefficients."""
+    """The failed save keeps the waiting coefficients. A save that succeeds with another number of
+    counts per turn drops them."""
     working.order("save")
     working.power_on()
     re_armed(working, "set counts_per_rev 65536")

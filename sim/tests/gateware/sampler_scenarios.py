@@ -1,8 +1,8 @@
 """Defines motions and settings of the sampler for the tests of its model and its VHDL.
 
 A scenario is a list of segments. In a segment the settings are constant, and head 1 moves by one
-count every few clocks or does not move. Head 2 has another value in every clock, so that the tests
-would detect a pair of values from different clocks or samples.
+count every few clocks or does not move. The value of head 2 changes in every clock, so that the
+tests detect a pair of values from different clocks or samples.
 """
 
 from __future__ import annotations
@@ -314,7 +314,7 @@ def stimuli(scenario: Scenario) -> dict[str, NDArray[np.int64]]:
         **columns,
         "turn_position1": _signed32(turned),
         "zero_moved1": np.repeat(np.cumsum(slips != 0) % 2, lengths),
-        # Head 2 has another value in every clock, even if head 1 does not move.
+        # The value of head 2 changes in every clock, even if head 1 does not move.
         "turn_position2": _signed32(3 * turned - 7 * clock + 0x1234_5678),
         "counts_per_rev": np.full(len(turned), scenario.counts_per_rev),
         # Both words of the time stamp change during the scenario.

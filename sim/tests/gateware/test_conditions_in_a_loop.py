@@ -20,8 +20,8 @@ VIBRATION_COUNTS = 60.0
 
 
 def loop(latency: float, frequency: float, windows: int = 80) -> complex:
-    """Return the output's vibration divided by the table's: a lane that follows the speed corrects
-    a latency, in clocks; ``frequency`` in periods per clock."""
+    """Return the output's vibration divided by the table's, if a lane that follows the speed
+    corrects a latency. ``latency`` is in clocks, ``frequency`` in periods per clock."""
     speed = TableSpeed(window=WINDOW_BITS)
     clock = np.arange(windows * WINDOW)
     swing = VIBRATION_COUNTS * np.sin(2.0 * np.pi * frequency * clock)
@@ -35,7 +35,7 @@ def loop(latency: float, frequency: float, windows: int = 80) -> complex:
         if found is not None and not found.is_bound:
             ratio = found.travel / found.elapsed * (-1 if found.is_down else 1)
             correction = round(-latency * ratio)
-    # Whole periods of the vibration after the first quarter, in which the measurement settles.
+    # The measurement settles in the first quarter; the rows are whole periods after it.
     first = clock.size // 4
     periods = int((clock.size - first) * frequency)
     rows = slice(first, first + round(periods / frequency))
@@ -48,8 +48,9 @@ def loop(latency: float, frequency: float, windows: int = 80) -> complex:
 @pytest.mark.parametrize("latency_us", [5.0, 20.0, 50.0])
 @pytest.mark.parametrize("windows_a_period", [8, 11, 17, 40])
 def test_the_lead_of_a_latency_lane_is_bounded(latency_us: float, windows_a_period: int) -> None:
-    """The latency is in proportion to the window: at 100 MHz a window has 2¹⁴ clocks. The allowance
-    is the rounding of readings, a quarter of a count of 60."""
+    """The bound is the lead 2πf·latency, plus the rounding of readings: a quarter of a count at an
+    amplitude of 60. The gateware's window has 2¹⁴ clocks at 100 MHz; the test shortens the latency
+    in proportion to the model's window."""
     latency = latency_us * 100.0 * 2.0 ** (WINDOW_BITS - SPEED_WINDOW_BITS)
     frequency = 1.0 / (windows_a_period * WINDOW)
     lead = 2.0 * np.pi * frequency * latency
@@ -62,8 +63,9 @@ def test_the_lead_of_a_latency_lane_is_bounded(latency_us: float, windows_a_peri
 
 
 def test_a_reversal_moves_the_output_within_its_bounds() -> None:
-    """For any motion, the correction a·h changes by at most a/W times the motion and by at most
-    2·a; motion within the dead zone changes nothing."""
+    """For any motion, the correction a·h (a: amplitude, h: output of the stop operator, W: its
+    width) changes by at most a/W times the motion and by at most 2·a. Motion within the dead zone
+    changes nothing."""
     width, dead_zone, amplitude = 700, 4, 300.0
     stop = StopOperator(width << STOP_FRACTION, dead_zone)
     random = np.random.default_rng(6)

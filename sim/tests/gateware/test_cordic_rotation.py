@@ -68,10 +68,10 @@ def test_rotation_against_equation_10_in_fractions() -> None:
             d = -1 if z < 0 else 1
             x, y = x - d * y / 2**i, y + d * x / 2**i
             z -= d * tables.steps[i]
-        # Each rounding of x adds half a unit: one for the constant and one for each iteration. A
+        # Each rounding of x, one of the constant and one per iteration, adds half a unit. A
         # rounding of y is half a unit of 2⁴, which iteration i multiplies by 2⁻ⁱ: the roundings of
-        # the constant and of iterations 7 to 9 add less than a quarter of a unit. The bound
-        # contains one unit for them and for the iterations that do not change y.
+        # the constant and of iterations 7 to 9 add less than a quarter of a unit. The bound has one
+        # unit for these roundings and for the iterations that do not change y.
         assert (
             abs(cosine - x * 2**COSINE_WIDTH)
             < 0.5 * (1 + CORDIC_ITERATIONS - TABULATED_ITERATIONS) + 1

@@ -194,7 +194,8 @@ def test_prepared_sets_exclude_lanes_of_real_orders(of_set: bool) -> None:
 
 
 def test_a_file_with_slopes_and_modulators_loads_as_written(tmp_path: Path) -> None:
-    """The device gets the same lines from the file as from the coefficients that were written."""
+    """The lines that load the file into the device equal those that load the written
+    coefficients."""
     written = dataclasses.replace(
         PLAIN,
         offset=0,

@@ -573,8 +573,8 @@ def test_pins_that_change_together_give_every_index_at_any_speed(clocks: int) ->
 
 @pytest.mark.parametrize("width", [1, 17])
 def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> None:
-    """If Z changes half a count after its step, this spacing is necessary on both sides of the
-    change: at 14 clocks per count every mark is at its place, at 12 some marks are displaced."""
+    """If Z changes half a count after its step, half a count must last as long as that spacing: at
+    14 clocks per count every mark is at its place, at 12 some marks are displaced."""
     for half_count_clocks, is_kept in (
         (LEAST_CLOCKS_A_COUNT, True),
         (LEAST_CLOCKS_A_COUNT - 1, False),

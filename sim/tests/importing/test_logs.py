@@ -135,7 +135,8 @@ def test_a_change_of_the_side_of_the_pier_turns_the_axis_by_half_a_turn(tmp_path
 
 
 def test_a_last_row_that_is_cut_is_left_out(tmp_path: Path) -> None:
-    """A guide log whose program ended while it wrote a row has all other rows."""
+    """If the guiding program ended while it wrote a row, the import takes all other rows of the
+    log."""
     guide_log(tmp_path / "log.txt")
     whole = phd2(tmp_path / "log.txt")
     text = (tmp_path / "log.txt").read_text(encoding="utf-8").rstrip("\n")
@@ -216,8 +217,8 @@ def test_a_log_of_epics_variables(tmp_path: Path) -> None:
 
 
 def test_an_epics_angle_is_not_interpolated_across_the_end_of_a_turn(tmp_path: Path) -> None:
-    """At 33°/s the encoder restarts once in 20 s; the row in this step has no value between 359°
-    and 2°."""
+    """At 33°/s the encoder restarts once in 20 s. The import leaves out the row in this step,
+    because an interpolated value between 359° and 2° would be wrong."""
     epics_log(tmp_path / "monitor.log", deg_s=33.0)
     found = read(tmp_path / "monitor.log", group="AX:Ref-I")
     away = found.columns["AX:Enc-RB"] - found.columns["AX:Ref-I"]

@@ -80,7 +80,7 @@ def order_0(
     counts: float, modulator: str | None, counts_per_rev: int = COUNTS, lanes: int = LANES
 ) -> Coefficients:
     """Return coefficients with one lane of order 0, which follows the condition ``modulator``;
-    None: it is constant. With FULL_LANES it is the last lane but one; pairs of lanes of order 7,
+    None: it is constant. With FULL_LANES it is the second-last lane; pairs of lanes of order 7,
     which cancel each other, fill all lanes before it, and the last lane is empty."""
     others = FULL_LANES - 2 if lanes == FULL_LANES else 0
     phase = 0.0 if counts > 0 else np.pi
@@ -127,7 +127,7 @@ def run(
 
 
 LATE = 120
-"""Clocks by which the reading is late, which are 36 counts at the first speed."""
+"""Delay of the reading in clocks: 36 counts at the first speed."""
 PACES = (0.3, 0.15)
 
 
@@ -332,8 +332,8 @@ FULL_WIDTH = 5000.0
 
 
 def check_reversals(instrument: Instrument, modulator: str | None, lanes: int) -> None:
-    """At 2²⁴ counts per turn, settled edges of both directions differ with the lane by less than a
-    twentieth of the reversal error of 2″."""
+    """At 2²⁴ counts per turn and with the lane, the errors of settled edges in both directions
+    differ by at most a twentieth of the reversal error of 2″."""
     pace = 0.25
     legs = [(90_000, pace)]
     for way in (-14_000.0, 13_000.0, -12_000.0):
@@ -385,8 +385,8 @@ WIDTH = 700.0
 
 
 def reversal_errors(instrument: Instrument, modulator: str | None) -> NDArray[np.float64]:
-    """Return the error of every edge, counts, from the clock on in which the direction is known;
-    edges during reversals are included."""
+    """Return the error in counts of every edge after the clock from which the direction is known,
+    also of edges during reversals."""
     pace = 0.1
     legs = [(90_000, pace)]
     for way in (-4000.0, 900.0, -500.0, 3000.0):

@@ -62,8 +62,8 @@ class FourHeads:
         for head_deg in PLACES_DEG:
             true = (place_deg + head_deg) * DEGREE
             reading = true
-            # The error is a function of the reading; its slope of 0.04 makes each step 25 times
-            # more exact.
+            # The error is a function of the reading with a slope of at most 0.04, so that each
+            # iteration divides the deviation by 25.
             for _ in range(8):
                 reading = true + scratch_counts(reading / DEGREE)
             readings.append(reading)

@@ -187,8 +187,8 @@ def test_a_text_in_another_encoding_is_left_out_with_its_row(
 
 
 def test_a_mask_file_and_a_blank_line_before_a_row_are_refused(tmp_path: Path) -> None:
-    """The line number in mask.csv would name another row than the number that the commands
-    print."""
+    """With a blank line before a row, a number in mask.csv would refer to another row than the same
+    number that the commands print."""
     head, first, *rest = REFERENCE.splitlines()
     blank = "\n".join([head, first, "", *rest])
     _write(tmp_path, blank + "\n", "reference_row,mask\n4,1\n")

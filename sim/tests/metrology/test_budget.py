@@ -154,8 +154,8 @@ def test_a_reference_alone(tmp_path: Path) -> None:
 
 
 def test_the_remaining_error_is_that_of_the_targets() -> None:
-    """The mean square of the stated remaining error over 300 random tables is that of the error
-    that each target has in addition to the fitted orders.
+    """Over 300 random tables, the mean square of the stated remaining error equals that of the
+    error that each target has in addition to the fitted orders.
 
     The bound is 4 standard deviations: an estimate has 24 − 15 degrees of freedom for the means,
     whose variance is 0.1² + 0.1²/3.

@@ -150,8 +150,8 @@ def test_the_reversal_error_is_that_of_the_residual_of_the_used_rows() -> None:
 
 @pytest.mark.parametrize("heads", [3, pytest.param(4, marks=pytest.mark.large)])
 def test_the_mounting_of_every_head_adds_to_the_uncertainty(heads: int) -> None:
-    """The certificate's uncertainty is the root of the sum of squares over the places of heads 2 to
-    4; the test moves each place and takes the difference of the certified errors."""
+    """The contribution of the heads' places is the root of the sum of squares over all heads except
+    head 1. The test moves each place and takes the difference of the certified errors."""
     places = (0.0, 64.3, 177.0, 257.9)[:heads]
     angle, random = 2.0 * np.pi * np.arange(900) / 900, np.random.default_rng(0)
     columns = {}

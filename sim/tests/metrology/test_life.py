@@ -66,8 +66,9 @@ def test_the_scatter_between_sets_solves_its_equation() -> None:
 
 @pytest.mark.parametrize("parts", [1, 2])
 def test_the_tail_is_an_upper_limit_of_that_of_draws(parts: int) -> None:
-    """The limit is not below the share of random series with a larger ratio. Divided by the number
-    of changes it is the share of one change, which the test draws as a quotient of χ² variables."""
+    """The limit is at least the share of random series whose largest ratio exceeds ``ratio``.
+    Divided by the number of possible changes, the limit equals this share for a single change,
+    which the test draws as a quotient of χ² variables."""
     random, number, sets = np.random.default_rng(11), 20_000, 14
     days, weight = np.arange(sets) * WEEK, random.uniform(0.5, 2.0, sets)
     drawn = random.standard_normal((number, sets, parts)) / np.sqrt(weight)[:, None]

@@ -56,9 +56,9 @@ U_CIRCLE_ARCSEC = 0.4
 """Standard uncertainty of the radius of the axis' circle, as the orbit shows it.
 
 A count of 19.8″ has a rounding of 5.7″ RMS. Four heads give x and y of a sample to 5.7″ · √(2/4) =
-4.0″. The component of a circle over 1,200 samples, which has √2 of the uncertainty of a mean, is
-then known to 4.0″ · √(2/1,200) = 0.16″. The drift of the disc during the turn adds as much, so that
-the value is about twice as large.
+4.0″. The component of a circle has √2 times the uncertainty of a mean; over 1,200 samples this is
+4.0″ · √(2/1,200) = 0.16″. The drift of the disc during the turn adds as much, so that the value is
+about twice as large.
 """
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from arctrue.base.source_tree import ROOT
 
 PACKAGE = ROOT / "sim" / "arctrue"
-# Packages of which each part has its own row in the table of docs/architecture.md.
+# Each part of these packages has its own row in the table of docs/architecture.md.
 DIVIDED = ("workbench", "studies")
 CONFIGURATION = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 # Layers from the command line (top) to the units (bottom). A module imports only from lower layers.

@@ -126,8 +126,7 @@ PLACES = {
     "sim/arctrue/workbench/effects/fit_context.py": ["equation (9)"],
     "sim/arctrue/calibration/transfer_function.py": ["equation (6)"],
 }
-"""Citations that each file must contain, because there the paper describes the subject of the
-file."""
+"""Places of the paper that each file must cite, because they describe the subject of the file."""
 
 
 @pytest.mark.parametrize("name", PLACES)

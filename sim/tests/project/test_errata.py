@@ -111,8 +111,8 @@ def test_head_separation_by_one_order(order: int, amplitude: float, u: float) ->
 
 
 def test_what_an_unknown_head_separation_does_to_order_1() -> None:
-    """Limits of ±50″ give u(α) = 28.9″, which changes the amplitude of order 1 (95″) by 0.022″, as
-    docs/calibration.md states."""
+    """Limits of ±50″ give u(α) = 28.9″. An error of this size changes the amplitude of order 1
+    (95″) by 0.022″, as docs/calibration.md states."""
     u_alpha = 50 / math.sqrt(3)
     assert u_alpha == pytest.approx(28.9, abs=0.05)
     # The component of dE/dα along E follows from −j e^{jα}/(e^{jα} − 1) = −(1/2)(cot(α/2) + j).
@@ -203,7 +203,7 @@ def test_pitch_and_diameter_of_the_disc() -> None:
     for diameter_mm in (printed_mm, of_lines_mm):
         radius_um = diameter_mm * 500
         # An eccentricity e changes the reading with the amplitude a = e/r (equation 2), and the
-        # mean by (a²/2) sin α.
+        # mean of R₂ − R₁ over the readings by (a²/2) sin α.
         mean = (30 / radius_um) ** 2 / 2 * math.sin(math.radians(33)) * ARCSEC
         columns.append((ARCSEC / radius_um, 144 / ARCSEC * radius_um, mean))
     for printed, other, form in zip(*columns, ("{:.2f}″", "{:.1f} µm", "{:.3f}″"), strict=True):

@@ -96,8 +96,8 @@ def test_unknown_system_lists_what_to_install(machine: Machine) -> None:
 
 
 def test_unknown_system_with_all_tools_goes_on(machine: Machine) -> None:
-    # The stand-in for GHDL prints the name of its code generator in the form in which GHDL prints
-    # mcode and in the form in which it prints llvm.
+    # The stand-in for GHDL has the code generators mcode and llvm, and prints each name as GHDL
+    # does.
     machine.command(
         "ghdl",
         'case "$GHDL_BACKEND" in mcode) echo " static elaboration, mcode JIT code generator";; '

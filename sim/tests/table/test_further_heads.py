@@ -65,7 +65,7 @@ def test_a_simulated_set_is_calibrated_to_the_table_it_came_from(heads: int) -> 
     reading = made.table.reading_rad(0, TableState.at_rest(angle))
     left = (reading - angle) * 206265.0 - found.on_disc().under_head(0, reading)
     # The fit of 24 coefficients, with gains below 1.3 and 0.1″ of noise, has an uncertainty of
-    # 0.005″ if only the 18,000 samples of one head count. The test allows four times this.
+    # 0.005″ with the 18,000 samples of one head alone. The test allows four times this.
     assert np.std(left) < 4 * 1.3 * 0.1 * np.sqrt(24 / 18_000)
 
 

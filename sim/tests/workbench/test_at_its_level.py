@@ -33,7 +33,8 @@ def test_p_of_a_slow_column_is_that_of_chance(louder: float) -> None:
 
 
 def test_equal_rows_are_all_degrees_of_freedom() -> None:
-    """Each row has the same weight in the sum of the squares of its residuals; one is fitted."""
+    """Each row has the same weight in the sum of the squares of the residuals; the fit takes one
+    degree of freedom."""
     random = np.random.default_rng(42)
     column = np.ones((ROWS, 1))
     found = [_gain(random.normal(size=ROWS), column, with_effect=True) for _ in range(DRAWS)]

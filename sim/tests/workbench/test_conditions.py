@@ -24,7 +24,8 @@ def _at(*speeds_rad_s: float) -> Observations:
 
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1.0, 100.0])
 def test_a_ratio_of_speeds_counts_and_not_their_size(scale: float) -> None:
-    """A slow table has as many speeds as a fast one: a telescope turns at 7·10⁻⁵ rad/s."""
+    """The ratio decides whether two speeds differ, so that a slow table, such as a telescope at
+    7·10⁻⁵ rad/s, has as many speeds as a fast one."""
     assert one_velocity(_at(0.4 * scale, -0.4 * scale, 0.2 * scale, -0.2 * scale)) == []
     assert one_velocity(_at(0.4 * scale, -0.4 * scale)) == []
     assert one_velocity(_at(0.4 * scale, 0.401 * scale)) != []

@@ -44,6 +44,7 @@ def test_f(p: float, above: int, below: float) -> None:
 
 
 def test_a_diagnosis_does_not_import_scipy_stats() -> None:
-    """The import takes a large part of the start of a command."""
+    """A diagnosis does without scipy.stats, because its import would take a large part of a
+    command's start."""
     program = "import sys; import arctrue.cli.diagnose; sys.exit('scipy.stats' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

@@ -85,8 +85,8 @@ def test_lines_that_the_stations_cannot_tell_apart_are_not_both_taken() -> None:
     270 both look like order 6, with opposite signs of the sine."""
     effect, trials = _narrowed(_with_lines(90, {90: 2.2, 89: 0.3, 91: 0.3}))
     assert effect.settings == {"multiples": [1], "below": [1], "above": [1]}
-    # An eccentric gear makes a wave with a pair of side lines; only this small number of forms was
-    # tried.
+    # Only the few forms in USUAL were tried; a wave with a pair of side lines, which an eccentric
+    # gear causes, is one of them.
     assert trials == len(USUAL)
 
 

@@ -281,7 +281,7 @@ def test_a_product_without_lanes_has_a_reason(
     (reason,) = [text for text in result.left_out if text.startswith("product_of_parts: ")]
     assert said in reason
     became = outcome(Model([entry]), observations, effects, result.coefficients, temperature_c=None)
-    # The set has no temperature, and other products have no columns in it.
+    # The set has no temperature, so that some of these products have no columns in it.
     assert became.effects[0].by in ("nothing", "not in the output")
     assert became.effects[0].note in reason
     # The diagnosis says "The gateware cannot compensate it" for this kind.

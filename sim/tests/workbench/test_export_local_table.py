@@ -100,9 +100,9 @@ def test_a_table_takes_bells_off(
 def test_no_window_ends_within_another_bell(
     places_deg: list[float], widths_deg: list[float], windows: int, exponent: int
 ) -> None:
-    """The coefficients accept the table. The correction changes from one count to the next by at
-    most the change of the errors, plus the rounding of the points and the height of a bell at the
-    end of its window."""
+    """The host has no objection to the table: from one count to the next, the correction changes by
+    at most the change of the errors, plus the rounding of the points and the height of a bell at
+    the end of its window."""
     errors = [bell(p, w, 5.0) for p, w in zip(places_deg, widths_deg, strict=True)]
     table = table_of(errors, TURN)
     assert (len(table.starts_counts), table.width_exponent) == (windows, exponent)

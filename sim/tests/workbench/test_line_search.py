@@ -113,8 +113,8 @@ def test_three_periods_are_a_line_only_where_the_period_is_declared() -> None:
 @pytest.mark.parametrize(
     ("lines", "multiples"),
     [
-        # One period in 3 x 478 s less than three worm periods' resolution: 157.5 s is 0.23 of 1/T
-        # from the third multiple, 159.3 s, in a log of seven worm periods.
+        # The line of 157.5 s is 0.25 of 1/T from the worm's third multiple, 159.3 s, in a log of
+        # seven worm periods.
         ([(3.0, 157.5)], [None]),
         pytest.param([(6.0, WORM_S), (3.0, 157.5)], [1, None], marks=pytest.mark.large),
         pytest.param([(6.0, WORM_S), (3.0, WORM_S / 3.0)], [1, 3], marks=pytest.mark.large),
@@ -126,8 +126,9 @@ def test_a_line_is_a_multiple_only_within_its_uncertainty(
     lines: list[tuple[float, float]], multiples: list[int | None]
 ) -> None:
     """A line near a multiple of the worm belongs to the worm only if its own rate agrees with the
-    multiple within its uncertainty. In white noise the standard uncertainty √6·σ/(π·T·A·√N) would
-    be 0.01 of 1/T (Rife and Boorstyn, as above); in this coloured noise it is about 0.03 of 1/T."""
+    multiple within its uncertainty. In white noise of 1″ the standard uncertainty √6·σ/(π·T·A·√N)
+    would be 0.007 of 1/T (Rife and Boorstyn, as above); in this coloured noise it is about 0.03 of
+    1/T."""
     random = np.random.default_rng(21)
     time_s = clock(random, 1400, 2.4, "jitter")
     noise = 0.6 * ornstein_uhlenbeck(random, time_s, 60.0) + 0.8 * random.normal(size=1400)
@@ -279,7 +280,8 @@ def test_noise_that_cannot_be_factored_is_impossible(parts: tuple[Literal["smoot
 
 
 def test_a_second_search_of_a_record_fits_no_noise_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The second search of equal numbers evaluates no likelihood; one other number is searched."""
+    """A second search of equal numbers evaluates no likelihood; a search after one number has
+    changed does."""
     asked = []
 
     def counted(*of: Any) -> tuple[float, np.ndarray]:

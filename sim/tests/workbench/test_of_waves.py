@@ -1,4 +1,4 @@
-"""Effects whose capture columns are combinations of waves that other effects have too."""
+"""Tests effects whose capture columns are combinations of waves that other effects have too."""
 
 from __future__ import annotations
 
@@ -34,7 +34,8 @@ def _forms(observations: Observations) -> list[Effect]:
 
 
 def test_combinations_of_waves_are_the_columns() -> None:
-    """Bound: rounding of a few operations in float64, far below 1e-12 of the largest column."""
+    """The bound is far above the rounding of a few operations in float64: 1e-12 of the largest
+    column."""
     observations = observations_of(measurement_set())
     rows = observations.capture
     assert rows is not None
@@ -56,8 +57,8 @@ def test_combinations_of_waves_are_the_columns() -> None:
 def test_effects_scored_together_get_the_scores_of_their_own_columns(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Bound: a direction at the limit of the rank, of condition 3e4, loses 9 of float64's 16
-    digits."""
+    """The bound follows from a direction at the limit of the rank: with the condition 3e4 it loses
+    9 of float64's 16 digits."""
     observations = observations_of(measurement_set())
     solution = fit(default_model().terms(built_in()), observations)
     forms = _forms(observations)

@@ -47,8 +47,8 @@ class Leftover:
 
 
 def test_uneven_stations_add_no_order() -> None:
-    """At 40 stations without any order, one order of 1″ gives other orders a gain far above the
-    penalty, if each order is tested alone."""
+    """At 48 stations at uneven angles, a motion of order 2 and 1″ gives other orders a gain far
+    above the penalty, if each order is tested alone."""
     measured = measurement_set(cycles=1)
     random = np.random.default_rng(3)
     assert measured.reference is not None

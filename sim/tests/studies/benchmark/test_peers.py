@@ -58,7 +58,7 @@ def test_stepwise_names_a_strong_effect(tmp_path: Path, name: str, size: float) 
 
 @pytest.mark.parametrize("subject", PEERS)
 def test_few_rows_a_turn_get_an_answer(tmp_path: Path, subject: str) -> None:
-    """The sets have half a row for each order that a peer searches, or a run of one row."""
+    """The sets have half a row for each order that a rival method searches, or a run of one row."""
     folder = written(tmp_path)
     heading, *rows = (folder / "capture.csv").read_text(encoding="utf-8").splitlines()
     first = ",".join(["99", *rows[0].split(",")[1:]])

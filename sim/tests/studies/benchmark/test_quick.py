@@ -24,7 +24,7 @@ NOT_YET = {
     6718972854943811: CLASS,
     2662083054292693: SECOND,
 }
-"""Seeds of those of the quick tier's 65 sets whose answer is still wrong, each with the reason.
+"""Seeds of the sets, among the 65 of the tier, whose answer is still wrong, each with the reason.
 
 There were 20 such sets while the diagnosis assumed white noise, and 11 after it had a noise model.
 If an answer becomes right, its set is removed from the list. A change that adds a set makes the

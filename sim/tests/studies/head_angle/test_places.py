@@ -103,7 +103,7 @@ def test_the_command_takes_a_list_of_orders(tmp_path: Path) -> None:
     (choice,) = json.loads(file.read_text(encoding="utf-8"))["places"]
     assert choice["orders"] == [1, 2, 3, 11, 24]
     assert choice["given"]["places_deg"] == [0.0, 33.0]
-    # At 33° order 11 has the noise gain 1/(2 sin(11 · 33°/2)).
+    # At 33° order 11 has the largest noise gain, 1/(√2·|sin(11 · 33°/2)|) of the noise of one head.
     assert choice["given"]["worst_gain"] == pytest.approx(
         1.0 / (np.sqrt(2.0) * abs(np.sin(np.radians(11 * 33.0 / 2.0)))), rel=1e-6
     )

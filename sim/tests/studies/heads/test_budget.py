@@ -75,8 +75,9 @@ def of_output(random: np.random.Generator) -> Float:
 
 
 def of_weights(random: np.random.Generator) -> Float:
-    """Round the weights of random mountings to words with the sum 2¹⁶, of which those with the
-    least leak within two units are taken, and move the axis."""
+    """Round the weights of random mountings to words with the sum 2¹⁶, move the axis, and return
+    the error of the mean. Of all words within two units, the function takes those that let through
+    least of the motion."""
     mounted = PLACES + random.uniform(-50.0, 50.0, (20_000, 4)) / ARCSEC
     exact = least_norm(mounted) * 65_536.0
     nearest, turned = np.rint(exact), np.exp(1j * mounted)
@@ -89,7 +90,8 @@ def of_weights(random: np.random.Generator) -> Float:
         better = leak < least
         best[better], least[better] = words[better], leak[better]
     moved = 2e-6 * np.exp(1j * random.uniform(0.0, 2.0 * np.pi, len(best)))
-    # The wave of 7.6″ is exact to its second order, 0.0003″, which would hide this small cause.
+    # The wave of 7.6″ has no term of second order, because that term, 0.0003″, would hide this
+    # small cause.
     wave = -np.imag(moved[:, None] * turned.conj()) / RADIUS_M * ARCSEC
     return np.asarray(np.sum(best / 65_536.0 * wave, axis=1))
 

@@ -150,8 +150,8 @@ def other_values(found: Any, counts: bool = False) -> Any:
 
 
 def test_every_figure_comes_from_the_json_or_from_a_command_in_its_paragraph() -> None:
-    """Figures with a unit that stay if all numbers of the JSON file change are in a paragraph or
-    row that names the command, the test or the bench that shows them."""
+    """If all numbers of the JSON file change, some figures with a unit stay the same. The paragraph
+    or row of each such figure names the command, the test or the bench that shows the figure."""
     page, other = heads_page(COMMITTED), heads_page(other_values(COMMITTED))
     paragraphs = [
         part
@@ -202,8 +202,8 @@ def test_the_presets_of_the_fault_table_are_those_of_the_firmware() -> None:
 
 
 def test_what_an_axis_motion_adds_to_three_heads(found: dict[str, Any]) -> None:
-    """The shares equal a least-squares fit of the disc to two contrasts of the heads, and the gains
-    the noise of this fit, to 1e-9."""
+    """To 1e-9, the shares equal those of a least-squares fit of the disc to two contrasts of the
+    heads, and the gains equal the noise of this fit."""
     three = found["three_heads"]
     places = np.radians(three["places_deg"])
     weights = np.linalg.solve([np.ones(3), np.cos(places), np.sin(places)], [1.0, 0.0, 0.0])

@@ -91,8 +91,9 @@ def test_raw_the_table_stops_where_the_geometry_says() -> None:
 
 def test_corrected_the_table_stops_within_the_calibration() -> None:
     """With the corrected signal, the table stops near each target. The bound of 0.3″ is 2.5 times
-    the calibration's U at one angle, 0.12″ (k = 2), because the largest of 24 faces counts. The
-    same servo follows both signals, so that it scatters equally; a factor of 2 is allowed."""
+    the calibration's U at one angle, 0.12″ (k = 2), because the test takes the largest of 24 faces.
+    The same servo follows both signals, so that the stops scatter equally; the test allows a factor
+    of 2."""
     assert np.abs(FOUND["corrected"]["true_mean_arcsec"]).max() < 0.3
     raw, corrected = (FOUND[name]["true_deviation_arcsec"] for name in ("raw", "corrected"))
     assert np.mean(corrected) < 2.0 * np.mean(raw)

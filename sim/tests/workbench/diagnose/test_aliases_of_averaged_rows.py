@@ -62,8 +62,8 @@ def _record(runs: int, turned_rad: float, *, in_time: bool) -> Record:
 @pytest.mark.parametrize("turned_rad", [0.0, 2.0])
 def test_the_averaged_rows_show_no_alias(turned_rad: float, in_time: bool) -> None:
     """A mean of three rows keeps sin(0.825π)/(3·sin(0.275π)) = 23 % of order 110, 1.8″, and shows
-    it at order 133.3 − 110 = 23.3. The base contains the line with the phase of each sense of
-    motion, so that neither a line nor an oscillation is found there."""
+    it at order 133.3 − 110 = 23.3. The base contains the line with a phase for each sense of
+    motion, so that the search finds neither a line nor an oscillation."""
     found = search_lines(_record(2, turned_rad, in_time=in_time))
     assert found.lines == ()
     assert oscillation_of(found, "reference") is None
@@ -91,8 +91,8 @@ def test_white_noise_has_no_fast_line(back: bool) -> None:
 def test_each_coordinate_is_searched_once(
     monkeypatch: pytest.MonkeyPatch, sway_deg: float, searches: int
 ) -> None:
-    """The records over the angle and over the time need the same fast lines; at one speed, the
-    angle and the time show the same lines."""
+    """At one speed, the angle and the time show the same fast lines, so that one search serves both
+    records; at a changing speed each coordinate has its own search."""
     time_s = 0.05 * np.arange(4000)
     target_deg = 9.0 * time_s + sway_deg * np.sin(2.0 * np.pi * time_s / 97.0)
     error = np.random.default_rng(18).normal(size=time_s.size)
@@ -111,8 +111,8 @@ def test_each_coordinate_is_searched_once(
 
 
 def test_coordinates_that_change_evenly() -> None:
-    """A deviation of 0.5 % of a period at the highest rate, which has two rows a period, is 0.01
-    rows."""
+    """A row may deviate by 0.5 % of a period at the highest rate; this period has two rows, so that
+    the limit is 0.01 rows."""
     one, row = np.zeros(1000, dtype=np.int64), np.arange(1000.0)
     moved = row + np.where(row == 500.0, 0.02, 0.0)
     assert changes_evenly(-3.0 * row + 7.0, row, one)
@@ -144,9 +144,10 @@ def test_the_report_states_line_and_reversal_but_no_alias() -> None:
     """The report names the line, states the reversal error of ±4″ (which two passes cannot confirm)
     and the RMS that remains, but no oscillation.
 
-    With a drift in the model, a quarter of the squares of the direction is free: its size, twice
-    the coefficient, has the standard uncertainty 2·2″·√(6/3,200)/√(1/4) = 0.35″, where 6 rows are
-    the correlation length of the noise (3 rows on each side).
+    A drift in the model leaves a quarter of the sum of squares of the column of the direction. The
+    size of the reversal error, twice the coefficient, therefore has the standard uncertainty
+    2·2″·√(6/3,200)/√(1/4) = 0.35″, where 6 rows are the correlation length of the noise (3 rows on
+    each side).
     """
     time_s, turns, run, error = _motor(2)
     direction = np.where(run % 2 == 0, 1.0, -1.0)

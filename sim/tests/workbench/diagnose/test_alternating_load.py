@@ -1,4 +1,4 @@
-"""Tests that an order which a load changes in every other pass gets no name of a line in time."""
+"""Tests that an order which a load changes in every other pass is not named as a line in time."""
 
 from __future__ import annotations
 

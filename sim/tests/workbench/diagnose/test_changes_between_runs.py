@@ -73,7 +73,8 @@ def test_a_reference_that_was_clamped_again_between_two_runs(first: int, tmp_pat
 
 @pytest.mark.parametrize("runs", [40, 41])
 def test_runs_that_are_too_many_are_stated(runs: int) -> None:
-    """Changes are searched between at most 40 runs."""
+    """The diagnosis searches changes between at most 40 runs; for more runs it states that it did
+    not search."""
     random = np.random.default_rng(runs)
     target = np.tile(np.arange(12) * 30.0, runs)
     error = 5.0 * np.cos(np.radians(target)) + random.normal(0.0, NOISE, target.size)
@@ -105,8 +106,9 @@ def test_white_noise_has_no_change_between_two_runs(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [1019, 1020])
 def test_zeros_of_the_runs_are_no_product_of_parts(seed: int) -> None:
-    """Six zeros of 1″ and one of 34 products: order 24 of 24 stations is a constant, and one
-    of the conditions follows six random numbers with p of about 1/34."""
+    """The zeros of six runs scatter by 1″. Order 24 is constant at 24 stations, and one of 34
+    products follows the six zeros by chance: the diagnosis must not describe the zeros by such a
+    product."""
     random = np.random.default_rng(seed)
     run = np.repeat(np.arange(RUNS), 24)
     up = np.arange(24) * 15.0

@@ -1,4 +1,5 @@
-"""Tests runs that each have their own zero and their own order 1, and what only looks like it."""
+"""Tests sets whose runs each have their own zero and their own order 1, and sets that only resemble
+them."""
 
 from __future__ import annotations
 
@@ -53,8 +54,8 @@ def _of_clamped(seed: int) -> Float:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_runs_with_their_own_zero_and_eccentricity(seed: int) -> None:
-    """u of a run's zero is 0.15″/√24 = 0.03″ and of a coefficient √2 as much; the model's own
-    order 1 takes the mean of the runs."""
+    """u is 0.15″/√24 = 0.03″ for a run's zero, and √2 times as much for a coefficient; the model's
+    own order 1 contains the mean of the runs."""
     found: Diagnosis = diagnosis_of(_set(_of_clamped(seed), seed))
     assert found.verdict == "unknown"
     assert "its own zero and its own order 1" in (found.decision.seen or "")
@@ -91,8 +92,9 @@ def _warming(seed: int) -> Float:
 
 @pytest.mark.parametrize("periods", [1.1, 1.3, 2.0])
 def test_a_continuous_drift_is_no_clamping(periods: float) -> None:
-    """A sine of 1.1 to 2 runs with a walk of the zero: up to half were called clamped again; one of
-    40 leaves a 95 % bound of 12 %."""
+    """The zero drifts by a sine with a period of 1.1 to 2 runs and by a random walk. An earlier
+    version stated a change of the mounting for up to half of such sets. At most one of 40 sets may
+    have one, which bounds the rate at 12 % (95 % confidence)."""
     base = [Term(built_in()["graduation_harmonics"](orders=[1, 2, 3, 4]), {})]
     called = 0
     for seed in range(40):
@@ -116,7 +118,8 @@ def test_what_has_no_own_order_1(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_one_change_between_two_runs_stays_one_change(seed: int) -> None:
-    """The rule leaves the description to the product that describes the runs."""
+    """The diagnosis describes the change by a product of run and order, and states no own zero and
+    order 1 of each run."""
     later = (RUN >= 3).astype(np.float64)
     found = diagnosis_of(_set(later * (4.0 + 3.0 * np.cos(ANGLE - seed)), seed))
     assert "its own order 1" not in (found.decision.seen or "")

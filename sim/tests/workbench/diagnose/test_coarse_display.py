@@ -51,8 +51,8 @@ def test_a_line_that_no_rounding_can_cause_is_named() -> None:
 
 
 def test_a_line_that_the_rounding_can_cause_is_not_named() -> None:
-    """A drift through 2.4 steps and a line of 0.45 steps: the reason is the rounding. The search
-    finds the jumps of the display, which together follow the line."""
+    """With a drift through 2.4 steps, the rounding of the display may cause a line of 0.45 steps:
+    the diagnosis names no line and states the rounding."""
     found = _diagnosed(0.45 * STEP_ARCSEC, 2.4 * STEP_ARCSEC)
     assert found.named is None
     assert found.verdict == "cannot_tell"

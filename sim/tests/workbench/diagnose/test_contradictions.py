@@ -54,8 +54,9 @@ def test_a_wave_over_the_faces_is_no_polygon(order: int) -> None:
 
 
 def test_smooth_faces_without_one_largest_wave_are_no_polygon() -> None:
-    """Two neighbouring orders share the power of a cross talk of the heads, so neither alone
-    describes the faces; neighbouring faces resemble each other."""
+    """The rule refuses a polygon because neighbouring faces resemble each other, although no single
+    order describes the faces: the error, as from a cross talk of the heads, has two neighbouring
+    orders of equal size."""
     angle = np.arange(FACES) * 2.0 * np.pi / FACES
     values = np.cos(2 * angle + 1.0) + np.cos(3 * angle - 0.5)
     values += np.random.default_rng(2).normal(0.0, 0.6, FACES)
@@ -162,7 +163,8 @@ def test_a_counter_loses_whole_counts() -> None:
 
 def _of_line(frequency: float, visits: int = 10, mixed: bool = False, pauses_s: float = 0.0):  # type: ignore[no-untyped-def]
     """Return the contradiction of a line in time, for 24 stations up and down, 4 s each, so that
-    each station is visited again after 192 s, and after a pause of up to ``pauses_s``."""
+    each station is visited again after 192 s. Each interval between visits differs from this by up
+    to half of ``pauses_s``."""
     up = np.arange(FACES) * 2.0 * np.pi / FACES
     target = np.tile(np.concatenate([up, up[::-1]]), visits)
     if mixed:

@@ -39,8 +39,9 @@ def _with(added_arcsec: NDArray[np.float64]) -> MeasurementSet:
     "seed", [pytest.param(1, marks=pytest.mark.large), 2, pytest.param(7, marks=pytest.mark.large)]
 )
 def test_a_mirror_that_moves_between_the_cycles(seed: int) -> None:
-    """Offsets of 0.6″ between cycles, four times the noise of a reading. With seed 2, the change
-    from one run to the other looks like a reversal error, but is no larger than the others."""
+    """The offsets of the cycles scatter by 0.6″, four times the noise of a reading. With seed 2,
+    the change from one run to the other looks like a reversal error, but is no larger than the
+    other changes between cycles."""
     of_runs = np.random.default_rng(seed).normal(0.0, 0.6, (2, CYCLES // 2))
     # Both runs have the same mean: their difference would look like a reversal error.
     moved = (of_runs - of_runs.mean(axis=1, keepdims=True)).ravel()
@@ -58,7 +59,8 @@ def test_a_mirror_that_moves_between_the_cycles(seed: int) -> None:
     "seed", [pytest.param(3, marks=pytest.mark.large), 4, pytest.param(5, marks=pytest.mark.large)]
 )
 def test_a_walk_of_the_reference_is_no_change_between_cycles(seed: int) -> None:
-    """A random walk moves within the cycles as much as between them."""
+    """A random walk changes within the cycles as much as between them, so that the diagnosis states
+    no change between cycles."""
     walk = np.cumsum(np.random.default_rng(seed).normal(0.0, 0.12, STATIONS * CYCLES))
     assert diagnosis_of(_with(walk)).findings.cycles is None
 
@@ -95,8 +97,8 @@ def _runs(
 
 @pytest.mark.large
 def test_each_run_has_its_own_zero() -> None:
-    """Six runs with different zeros, without a column cycle. The mean of 300 readings of 8″ has
-    u = 0.46″."""
+    """The diagnosis states the different zeros of six runs, although the set has no column cycle.
+    The mean of 300 readings of 8″ has u = 0.46″."""
     offsets = np.array([0.0, 35.0, -22.0, -50.0, 18.0, 60.0])
     found = diagnosis_of(_runs(offsets))
     assert found.verdict == "unknown"
@@ -114,8 +116,8 @@ def test_a_jump_within_a_run_is_still_one() -> None:
 
 def test_friction_that_is_taken_up_after_a_reversal_is_no_offset_of_the_run() -> None:
     """Each run of one direction starts at the level of the other direction and takes up 80″ over
-    8°: the runs of one direction have the same mean. The runs follow one another at once, so that
-    many changes within a run have no such transient."""
+    8°: the runs of one direction have the same mean. There is no pause between the runs, and most
+    of a run, with which the rule compares the changes between runs, has no such transient."""
     made = _runs(np.zeros(6), pause_s=0.03)
     rows = made.reference
     assert rows is not None
@@ -154,8 +156,9 @@ def _to_and_fro(reversal_arcsec: float, zero_arcsec: float, runs: int, seed: int
 
 @pytest.mark.parametrize(("runs", "seed"), [(4, 1), (4, 2), (4, 9), (6, 0), (6, 1)])
 def test_runs_with_own_zeros_have_no_reversal_error(runs: int, seed: int) -> None:
-    """Zeros of 1″ that an operator sets before each run differ between up and down by chance: four
-    runs are four numbers. With seeds 2 and 9 the changes have p of 5e-5 to 6e-4 only."""
+    """The zeros that an operator sets before each run scatter by 1″ and may differ between up and
+    down by chance: the diagnosis names no reversal error. With seeds 2 and 9, the changes between
+    the runs have p of 5e-5 to 6e-4, near the limit CHANGES_P."""
     found = diagnosis_of(_to_and_fro(0.0, 1.0, runs, seed))
     assert found.verdict in ("unknown", "cannot_tell")
     assert found.effect_class == []

@@ -83,7 +83,8 @@ def test_a_head_that_stands_while_the_other_goes_on_is_reported(head: int, rows:
 
 
 def test_a_head_that_jumps_again_and_again_is_reported() -> None:
-    """A head that steps by some counts and back, in more places than slips, is faulty."""
+    """The diagnosis reports a head as faulty if it steps by 3,000 counts and back at 20 places,
+    which is more often than slips occur."""
     made, capture = _copied()
     for number in range(20):
         capture.head2_counts[ROW + 40 * number : ROW + 40 * number + 6] += 3_000
@@ -107,14 +108,15 @@ def test_a_counter_of_too_few_bits_is_reported(head: int, bits: int) -> None:
     assert f"(row {first} of the data, line {first + 2} of the file): head {head} moves" in found
     moved = int(counts[first] - counts[first - 1])
     assert f"head {head} moves by {moved:+,d} counts, as in {fell.size} rows" in found
-    # The number of the counter, to within the noise of some counts.
+    # The stated number of counts agrees with 2^bits within the noise of some counts.
     number = int(found.split("anew about every ")[1].split(" counts")[0].replace(",", ""))
     assert number == pytest.approx(1 << bits, abs=10)
 
 
 @pytest.mark.parametrize("size", [300_000, 2_000_000])
 def test_alike_slips_are_no_counter_that_starts_anew(size: int) -> None:
-    """Head 2 loses the same number of counts in two runs, and goes on from there."""
+    """A head that loses the same number of counts in each of two runs has no counter that starts
+    anew."""
     made, capture = _copied()
     for run in (0, 2):
         of_run = np.flatnonzero(capture.run == run)

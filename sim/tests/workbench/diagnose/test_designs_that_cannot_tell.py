@@ -207,8 +207,9 @@ def test_the_rounding_of_a_display_is_no_face_error(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(2))
 def test_a_model_with_a_coefficient_for_each_row_has_no_lack_of_fit(seed: int) -> None:
-    # One pass over 36 faces with a stated uncertainty. The constant and the orders 1 to 18 take all
-    # 36 rows, and the residuals are rounding: their pattern must not decide.
+    # The set has one pass over 36 faces, with a stated uncertainty. The constant and the orders 1
+    # to 18 fit all 36 rows, so that the residuals are rounding errors; their pattern must not
+    # decide.
     random = np.random.default_rng(seed)
     target = np.arange(36) * 10.0
     error = 5.0 * np.cos(np.radians(target)) + random.normal(0.0, 0.2, 36)

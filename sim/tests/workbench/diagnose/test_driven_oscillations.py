@@ -147,7 +147,8 @@ def test_the_side_lobes_of_a_moving_mean_are_no_oscillation(rows: int, seed: int
 def test_the_density_of_a_part_is_the_transform_of_its_covariance(
     part: Part, covariance: Callable[[np.ndarray], np.ndarray]
 ) -> None:
-    """At 0.1 Hz and 0.4 Hz; the trapezoidal sum over 90 s in steps of 1 ms is exact to 10⁻⁵."""
+    """The densities at 0.1 Hz and 0.4 Hz agree with a trapezoidal sum, which over 90 s in steps of
+    1 ms is exact to 10⁻⁵."""
     time_s = np.arange(0.0, 90.0, 1e-3)
     for hz in (0.1, 0.4):
         summed = 2.0 * np.trapezoid(covariance(time_s) * np.cos(2.0 * np.pi * hz * time_s), time_s)

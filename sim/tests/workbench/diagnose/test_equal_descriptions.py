@@ -14,7 +14,7 @@ from arctrue.workbench.diagnose.report import sentences
 
 def _joint(loads_nm: list[float], seed: int) -> MeasurementSet:
     """Return runs over a turn, up and down in turn, with a load each; friction shifts the reading
-    by ±0.6″ for each N·m, against the motion. A run takes 12 s, and one begins every 120 s."""
+    by 0.6″ × direction for each N·m. A run takes 60 s, and one begins every 120 s."""
     random = np.random.default_rng(seed)
     rows = 120
     run = np.repeat(np.arange(len(loads_nm)), rows)
@@ -37,13 +37,13 @@ def _joint(loads_nm: list[float], seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_load_that_rises_with_the_time_is_named_beside_it(seed: int) -> None:
-    """The load rises after every second run: of up and down runs, direction × load and direction ×
-    time differ by a constant only."""
+    """The load rises after every second run, so that direction × load and direction × time, scaled,
+    differ only by a constant within the runs of one direction."""
     found = diagnosis_of(_joint([0.0, 0.0, 8.0, 8.0, 16.0, 16.0, 24.0, 24.0], seed))
     said = " ".join(sentences(found))
     assert found.verdict == "unknown"
     assert "direction × time" in said
-    # Both ways have the reading ±0.6″ for each N·m; u is far below 0.02″/N·m.
+    # Up and down, the reading changes by ±0.6″ for each N·m; u is far below 0.02″/N·m.
     assert "the description fits as well: direction × (load_nm − 1" in said
     assert found.equal is not None
     (size,) = found.equal.parameters().values()

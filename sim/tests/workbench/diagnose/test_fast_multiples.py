@@ -15,13 +15,13 @@ from arctrue.workbench.observations.build import observations_of
 from tests.workbench.noisy_logs import ornstein_uhlenbeck
 
 TEETH, ROWS = 124, 720
-"""Rows of a turn: 2.9 rows a period of the second multiple."""
+"""Teeth, and rows per turn: the second multiple has 2.9 rows a period."""
 
 
 @pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.large) for n in (1, 2))])
 def test_the_second_multiple(seed: int) -> None:
-    """One turn in each direction; noise of 0.8″ with a time constant of 3 s and white noise of 0.3″
-    give both amplitudes to 0.03″ (1σ)."""
+    """In one turn in each direction, with noise of 0.8″ with a time constant of 3 s and white noise
+    of 0.3″, both amplitudes have u = 0.03″."""
     random = np.random.default_rng(seed)
     own = np.arange(ROWS) / 1.2
     angle_deg = np.concatenate([0.6 * own, 360.0 - 0.6 * own])

@@ -60,9 +60,9 @@ def _described(found: Diagnosis) -> tuple[list[str], float]:
     ],
 )
 def test_a_form_of_a_load_is_described(form: object, part: str, seed: int, tmp_path: Path) -> None:
-    """The mean of 24 readings of 0.15″ has u = 0.031″; the sum of the squares of the factors about
-    their mean is above 1 (of ten runs), so that u of the size is below 0.031″; the noise between
-    runs is not known to be zero: bound 0.3″ of 2″."""
+    """The mean of 24 readings of 0.15″ has u = 0.031″. The sum of squares of the factors about
+    their mean exceeds 1 over the ten runs, so that u of the size is below 0.031″. The bound of 0.3″
+    allows for noise between the runs."""
     assert callable(form)
     found = diagnosis_of(_loaded(2.0 * form(LOADS / 100.0), 0, seed))
     parts, size = _described(found)
@@ -96,14 +96,15 @@ def test_a_load_without_an_effect_is_not_described(seed: int) -> None:
 
 
 def test_the_description_states_that_an_error_falls() -> None:
-    """The torque takes 2″ at 100 N·m away."""
+    """A torque of 100 N·m reduces the error by 2″."""
     found = diagnosis_of(_loaded(-2.0 * LOADS / 100.0, 0, 1))
     assert (found.description or "").endswith("reference only, −0.02″/N·m")
     assert "the error changes with it" in (found.next_measurement or "")
 
 
 def test_a_column_far_from_zero_has_no_forms() -> None:
-    """An air pressure of 990 to 1010 hPa and its square differ by 10⁻⁴ of their change."""
+    """The search tries no square of an air pressure of 990 to 1010 hPa: pressure and square, scaled
+    alike, differ by 10⁻⁴ of their change."""
     made = _loaded(np.zeros(LOADS.size), 0, 1)
     assert made.reference is not None
     made.reference.conditions["load_nm"][:] = 1000.0 + 0.1 * made.reference.conditions["load_nm"]
@@ -112,7 +113,8 @@ def test_a_column_far_from_zero_has_no_forms() -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_reversal_error_that_grows_with_time(seed: int) -> None:
-    """Up and down over 36 stations for two hours, ± 1.5″ per hour."""
+    """The error changes by ±1.5″ per hour with the direction, over 36 stations up and down for two
+    hours."""
     random = np.random.default_rng(seed)
     runs, stations = 20, 36
     run = np.repeat(np.arange(runs), stations)

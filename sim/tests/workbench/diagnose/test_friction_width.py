@@ -58,7 +58,8 @@ def test_a_width_of_friction(
     beyond_deg: float,
     start: float,
 ) -> None:
-    """An error from −38″ to 38″ over 0° to 30° after each reversal, with a noise of 0.5″."""
+    """After each reversal the error changes from −38″ to 38″ over a width of 0° to 30°; the noise
+    is 0.5″."""
     made = friction_set(
         seed,
         stations=stations,
@@ -88,7 +89,8 @@ def test_a_width_of_friction(
         return
     width = parameters["width"]
     if width_deg < 360.0 / stations:
-        # The rows show an upper limit only: a rectangle between 0 and the distance of the stations.
+        # The rows show only an upper limit, so that the width has a rectangular distribution
+        # between 0 and the distance of the stations.
         assert width.value == pytest.approx(180.0 / stations)
         assert width.sigma == pytest.approx(360.0 / stations / np.sqrt(12.0))
         assert f"less than {360.0 / stations:.3g}° of travel" in " ".join(sentences(found))
@@ -126,17 +128,19 @@ def test_the_columns_are_the_stop_operator_of_the_gateware() -> None:
         assert known
         position = count
         factors.append(place_16 / width)
-    # B/2 = C = 1, and the first row is at an end. A count is 0.002 of the width.
+    # The amplitudes of the reversal error and of the transition are 1. A count is 0.002 of the
+    # width W.
     assert columns @ np.array([2.0, 2.0, 0.0]) == pytest.approx(np.array(factors), abs=0.003)
 
 
 def test_the_first_row_after_a_reversal_has_its_own_way() -> None:
-    """Up to 345°, down from 330°, with the second way up from 0° to 0°, in targets of one turn."""
+    """With targets of one turn: up from 330° to 0°, down to 330°, and up again."""
     target = np.radians([330.0, 345.0, 0.0, 345.0, 330.0, 330.0, 345.0])
     reversals, travel, at_reversal = since_reversal(target, np.array([1, 1, 1, -1, -1, 1, 1]))
     assert reversals.tolist() == [0, 0, 0, 1, 1, 2, 2]
     assert np.degrees(travel) == pytest.approx([0.0, 15.0, 30.0, 15.0, 30.0, 0.0, 15.0], abs=1e-6)
-    # The second places are 30° and 15° after their reversals.
+    # The second places after the reversals have travelled 30° and 15°, so that only rows below 15°
+    # are at a reversal.
     assert at_reversal.tolist() == [True, False, False, False, False, True, False]
 
 
@@ -164,7 +168,7 @@ def test_adding_finds_the_width_and_an_export_writes_it(tmp_path: Path) -> None:
 
 
 def test_p_counts_every_form_and_width() -> None:
-    """The effect was chosen among no transition, a short one, and 2 forms × 24 widths."""
+    """p is corrected for the choice among no transition, a short one, and 2 forms × 24 widths."""
     measured = friction_set(4, stations=36, cycles=2, width_deg=20.0, form="exponential")
     residuals = _of_the_model(observations_of(measured))
     form, trials = Hysteresis().narrowed(residuals)
@@ -177,7 +181,8 @@ def test_p_counts_every_form_and_width() -> None:
 
 
 def test_a_set_without_a_transition_gets_none() -> None:
-    """Stations beyond which the table goes farther than the width show the direction only."""
+    """If the table goes beyond the last station by more than the width, the rows show only the
+    direction."""
     made = friction_set(8, stations=36, cycles=2, width_deg=8.0, beyond_deg=30.0)
     grown = added(Hysteresis(), _of_the_model(observations_of(made)))
     assert grown is not None

@@ -264,10 +264,10 @@ def test_an_order_of_one_run_alone_is_no_property_of_the_disc() -> None:
 
 def test_passes_are_asked_with_the_model_that_the_effect_was_weighed_with() -> None:
     """The comparison of the runs uses the noise with which the effect was judged. Order 25 is in
-    both runs. Order 1 is 10″ larger in one of the two runs; the fit follows this run only with
-    other noise.
+    both runs, and order 1 is 10″ larger in one of them. Only a fit with other noise follows this
+    run.
 
-    The noise changes order 1 of the fit as well; this change must not count against order 25.
+    Such a fit changes order 1; this change must not count against order 25.
     """
 
     def uneven(disc, temperature, speed):  # type: ignore[no-untyped-def]

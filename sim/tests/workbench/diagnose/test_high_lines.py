@@ -81,7 +81,8 @@ def test_noise_has_no_line(seed: int) -> None:
 
 
 def test_each_column_is_tried_once_without_its_zero() -> None:
-    """A column times the direction has no columns in a capture and adds none."""
+    """The search adds a recorded column once more, counted from 0, if it has another zero. A column
+    times the direction has no design columns in a capture and adds no condition."""
     load, current = column_condition("load_nm", 12.0), column_condition("current_a", 0.0)
     given = [(item, 0.25) for item in (ALWAYS, load, current, times_direction(load))]
     found = [condition.words for condition, _ in _with_columns_from_zero(given)[len(given) :]]

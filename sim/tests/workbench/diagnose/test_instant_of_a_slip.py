@@ -23,7 +23,7 @@ SECOND_RUN_S = 34.0
 
 
 def _two_runs(seed: int, *, head: int, counts: int, sample: int) -> MeasurementSet:
-    """Return a run of three turns up and one down; in the second, one head gains counts."""
+    """Return a run of three turns up and one down; in the second run, one head gains counts."""
     random = np.random.default_rng(seed)
     turns = 3.0 * np.arange(SAMPLES) / SAMPLES
     angle = np.concatenate([0.2 + turns, 3.4 - turns])

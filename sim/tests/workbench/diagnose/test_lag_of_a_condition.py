@@ -79,7 +79,7 @@ def test_without_a_lag_none_is_stated() -> None:
 
 
 class _Described:
-    """Has the product of a column alone, as the diagnosis describes an error."""
+    """A stand-in for a candidate whose effect is the product of a recorded column alone."""
 
     effect = ProductOfParts(column="room_degC", column_zero=0.0, fixed_to="reference", orders=[])
 
@@ -126,7 +126,7 @@ def test_a_lag_is_found_behind_a_noisy_column() -> None:
 
 @pytest.mark.large
 def test_a_long_record_is_averaged() -> None:
-    """150,000 rows are averaged to 20,000, 1/400 of the lag each."""
+    """The search averages 150,000 rows to 20,000; an averaged row covers 1/400 of the lag."""
     random = np.random.default_rng(6)
     time_s = np.arange(150_000.0)
     true = np.sin(2.0 * np.pi * time_s / 37_000.0)

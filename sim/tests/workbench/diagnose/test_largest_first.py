@@ -44,8 +44,8 @@ def _diagnosed(
 
 @pytest.mark.large
 def test_a_reversal_error_is_stated_before_a_smaller_line() -> None:
-    """Up and down differ by 20″, ten times the RMS of a line of 1.4″; four passes at one speed show
-    both. A delay would look the same, and the line is stated too."""
+    """The reversal error of ±10″ is ten times the RMS of a line of 1.4″; four passes at one speed
+    show both. A delay would look the same, and the line is stated too."""
     time_s, direction, place = _sweeps(4)
     noise = 0.5 * np.random.default_rng(1).normal(size=time_s.size)
     error = 10.0 * direction + 1.4 * np.sin(2.0 * np.pi * 130.0 * place) + noise

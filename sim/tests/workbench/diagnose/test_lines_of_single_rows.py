@@ -1,5 +1,5 @@
 """Tests that the list of regular errors contains lines that are too fast for the averaged rows of
-the search: a part of the largest lines was missing from a long log."""
+the search. In an earlier version the list for a long log lacked some of the largest lines."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _findings(random: np.random.Generator, error_arcsec: np.ndarray) -> Findings
 
 @pytest.mark.parametrize("seed", range(2))
 def test_each_line_is_listed_with_its_size(seed: int) -> None:
-    """White noise of 0.5″ and the slow noise give an amplitude at 9.1 s to 0.1″ (2σ)."""
+    """With white noise of 0.5″ and the slow noise, an amplitude at 9.1 s has 2u = 0.1″."""
     random = np.random.default_rng(seed)
     time_s = STEP_S * np.arange(ROWS)
     error = sum(

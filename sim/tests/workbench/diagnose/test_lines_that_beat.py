@@ -34,8 +34,8 @@ def _line(periods: float, time: np.ndarray, phase: np.ndarray | float = 0.0) -> 
 @pytest.mark.parametrize("instants", [(0.33, 0.66), (0.2, 0.7)])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_phase_that_changes_twice_is_not_two_lines(seed: int, instants: Sequence[float]) -> None:
-    """Two lines at 18.7 and 21.5 periods leave a third of this line or more; no line exists at
-    these periods."""
+    """The search must not describe a line whose phase changes as two lines: the best two, at 18.7
+    and 21.5 periods, leave at least a third of it."""
     first, second = instants
 
     def flipped(_: np.random.Generator, time: np.ndarray) -> np.ndarray:
@@ -62,8 +62,9 @@ def test_a_phase_that_wanders_gives_no_side_lines(seed: int, end_rad: float) -> 
 @pytest.mark.parametrize("beats", [3.0, pytest.param(2.2, marks=pytest.mark.large)])
 @pytest.mark.parametrize("seed", SEEDS)
 def test_three_lines_that_beat(seed: int, beats: float) -> None:
-    """Each amplitude is known to √(2/600)·0.3″ = 0.02″, a rate to 0.02/(√3·π)·√2 periods; the
-    lines share some of their error, and 0.15 periods and 0.2″ are far below the beat."""
+    """Each amplitude is known to √(2/600)·0.3″ = 0.02″, and a rate to 0.02/(√3·π)·√2 periods. The
+    bounds of 0.15 periods and 0.2″ are larger, because the lines share some of their error, and far
+    below the beat."""
     periods = [PERIODS, PERIODS + beats, PERIODS + 2.0 * beats + 0.5]
 
     def three(random: np.random.Generator, time: np.ndarray) -> np.ndarray:

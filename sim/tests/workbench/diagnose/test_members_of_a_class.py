@@ -87,8 +87,8 @@ def _set(
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_one_step_is_no_alternation_with_the_direction(seed: int) -> None:
-    """Head 2 is off by ±3″ in four runs, up and down in turns. One slip changes one run, and at one
-    speed a later reading causes the same alternation as the direction."""
+    """Head 2 is off by 3″ in two runs up and by −3″ in two runs down, which alternate. A single
+    slip cannot cause this; at one speed, a delay causes the same offsets as the direction."""
     rows = _capture(seed, (36.0, -36.0, 36.0, -36.0), of_head2=lambda v, _: 3.0 * np.sign(v))
     found = diagnosis_of(_set(rows))
     said = " ".join(sentences(found))
@@ -111,8 +111,9 @@ def test_runs_of_a_known_index_have_no_difference_of_the_directions(seed: int) -
 
 
 def test_a_scatter_of_four_runs_is_not_a_known_one() -> None:
-    """Offsets that scatter more than the index: of two runs a direction, Student's t with two
-    degrees of freedom exceeds 3 in 9.5 % of the sets without an effect, and 19.2 in 0.27 %."""
+    """The offsets scatter more than the index, so that their own scatter counts. With two runs per
+    direction, Student's t has two degrees of freedom: without an effect it exceeds 3 in 9.5 % of
+    the sets, and 19.2 in 0.27 %."""
     stated = 0
     for seed in range(40):
         offsets = np.random.default_rng(seed).normal(0.0, 20.0, 4)
@@ -124,14 +125,16 @@ def test_a_scatter_of_four_runs_is_not_a_known_one() -> None:
         residuals = SimpleNamespace(observations=observations)
         with patch.object(of_the_runs, "with_index_as_known", lambda _, known=known: known):
             stated += of_the_runs.direction_difference(residuals) is not None  # type: ignore[arg-type]
-    # 0.11 expected; more than 2 in one of 5,000 such tests. At three standard uncertainties, 3.8.
+    # At 0.27 %, 0.11 of 40 sets are expected, and more than 2 in one of 5,000 such tests. A limit
+    # of three standard uncertainties would give 3.8.
     assert stated <= 2
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_a_temperature_that_follows_the_speed_is_in_the_class(seed: int) -> None:
     """The offset of head 2 grows with the speed, as the temperature does. T₀ is a choice, and the
-    angle between the heads is not known to an arcsecond, so that the rows cannot tell."""
+    angle between the heads is not known to an arcsecond, so that the rows cannot separate the two
+    causes."""
     rows = _capture(
         seed,
         (20.0, 50.0, 90.0, 130.0, 170.0, 220.0),

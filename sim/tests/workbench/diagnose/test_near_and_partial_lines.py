@@ -48,7 +48,8 @@ def _record(time_s: np.ndarray, error_arcsec: np.ndarray) -> Record:
 @pytest.mark.parametrize("seed", range(3))
 def test_two_lines_next_to_each_other(seed: int) -> None:
     """Each line alone gains less over an oscillator than the limit; both are found, and no
-    oscillation remains. 1 s of a period is 1/(4·span), far above the uncertainty."""
+    oscillation remains. The bound of 1 s of a period corresponds to 1/(4·span) of the rate, far
+    above its uncertainty."""
     found = search_lines(_record(*_near(seed)))
     assert [1.0 / line.rate for line in found.lines] == pytest.approx(NEAR_S, abs=1.0)
     assert [line.amplitude_arcsec for line in found.lines] == pytest.approx([4.0, 3.0], abs=0.3)
@@ -69,7 +70,8 @@ def test_a_line_in_a_part_of_the_log(seed: int) -> None:
 
 
 def test_the_words_state_the_part() -> None:
-    """In a log at one speed, an angle and a time are the same."""
+    """The words state from when on the line is present; at one speed this may be a time or an
+    angle."""
     time_s, error = _part(0)
     reference = Reference(
         target_deg=time_s * 360.0 / 86_164.1,

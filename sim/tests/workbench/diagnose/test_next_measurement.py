@@ -171,7 +171,7 @@ def test_a_temperature_that_rises_with_the_time_goes_on_rising_unless_it_is_aske
 
 def _warming_stations(seed: int = 1, *, even: bool = True) -> MeasurementSet:
     """Return 24 stations up and down, three cycles, whose zero follows a temperature that rises by
-    4 K, evenly with the time or by turns."""
+    4 K, evenly with the time or with swings."""
     random = np.random.default_rng(seed)
     up = np.arange(24) * 15.0
     target = np.tile(np.concatenate([up, up[::-1]]), 3)
@@ -208,7 +208,8 @@ def test_an_even_temperature_must_be_held_or_return_to_separate_it_from_the_time
 
 @pytest.mark.parametrize("kind", ["moving_reference", "polygon_turned"])
 def test_a_planned_reference_goes_on_warming(kind: str) -> None:
-    """4 K in 715 s; the planned rows begin at least 600 s after the last one."""
+    """In the planned rows the temperature rises on by 4 K in 715 s; they begin at least 600 s after
+    the last row of the set."""
     made = _warming_stations()
     if kind == "polygon_turned":
         assert made.reference is not None

@@ -66,8 +66,8 @@ def test_an_order_at_two_speeds_is_no_line_in_time() -> None:
 
 
 def test_a_drift_under_a_line() -> None:
-    """15″ of drift in 5,000 s, under a line of 9″: white noise of 1″ that keeps its value for 8 s
-    gives the drift to 0.3″. On an arc of 20° the model has no orders."""
+    """A drift of 15″ in 5,000 s, under a line of 9″, is known to 0.3″ in noise of 1″ that keeps its
+    value for 8 s. On an arc of 20° the model has no orders."""
     random = np.random.default_rng(3)
     time_s = np.cumsum(random.uniform(2.5, 4.0, 1500))
     error = 9.0 * np.cos(2.0 * np.pi * time_s / 480.0) + 0.003 * time_s

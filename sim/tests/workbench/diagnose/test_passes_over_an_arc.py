@@ -72,13 +72,14 @@ def _diagnosed(
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_disc_alone_is_no_discovery(seed: int) -> None:
-    """Half a turn, 20 passes upwards at the same speed; the disc has no other error."""
+    """In 20 passes upwards over half a turn, at one speed, the diagnosis makes no discovery: the
+    only error is the smooth error of the disc."""
     random = np.random.default_rng(seed)
     passes = _passes(180.0, 225, 20, to_and_fro=False, step_s=0.2)
     error = _disc(passes[0], random) + random.normal(0.0, NOISE_ARCSEC, passes[0].size)
     found = _diagnosed(*passes, error)
     assert found.verdict in ("cannot_tell", "adequate")
-    # The model leaves the noise; the curves have about 27 of 4,500 degrees of freedom.
+    # The model leaves the noise; the curves take about 27 of 4,500 degrees of freedom.
     left = found.channels["reference"].residual_rms_arcsec
     assert left == pytest.approx(NOISE_ARCSEC, rel=0.05)
     assert not found.findings.causes
@@ -87,7 +88,7 @@ def test_the_disc_alone_is_no_discovery(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_worm_over_a_third_of_a_turn(seed: int) -> None:
-    """120° with a worm wheel of 90 teeth, 1″, which the set states."""
+    """The passes cover 120°; the error of a worm wheel is 1″, and the set states its 90 teeth."""
     random = np.random.default_rng(seed)
     passes = _passes(120.0, 151, 6)
     worm = np.cos(90.0 * np.radians(passes[0]) + random.uniform(0.0, 6.28))
@@ -102,7 +103,7 @@ def test_a_worm_over_a_third_of_a_turn(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_reversal_error_over_half_a_turn(seed: int) -> None:
-    """2″ between the directions, 8 passes."""
+    """The directions differ by 2″ in 8 passes."""
     random = np.random.default_rng(seed)
     passes = _passes(178.0, 112, 8)
     error = _disc(passes[0], random) + passes[1] + random.normal(0.0, NOISE_ARCSEC, 896)
@@ -113,8 +114,8 @@ def test_a_reversal_error_over_half_a_turn(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_slope_that_starts_again_is_no_jump(seed: int) -> None:
-    """Two passes upwards over 2°, 800 rows each: a slope of 3″ and a subdivision error of 1.5″
-    with a period of 0.1°."""
+    """Each of two passes upwards over 2°, with 800 rows, begins the same slope of 3″ again, with a
+    subdivision error of 1.5″ and a period of 0.1°."""
     random = np.random.default_rng(seed)
     passes = _passes(2.0, 800, 2, to_and_fro=False)
     angle = passes[0]
@@ -144,8 +145,9 @@ def test_a_single_pass_shares_nothing() -> None:
 
 @pytest.mark.parametrize(("arc_deg", "curves"), [(60.0, 13), (240.0, 34)])
 def test_noise_is_no_curve(arc_deg: float, curves: int) -> None:
-    """Noise without a curve, five draws each: the probability of a statement is 0.27 % a draw. The
-    stated size excludes the noise, which alone has the size √13·u or √34·u."""
+    """In noise without a curve, a curve is stated with a probability of 0.27 % per draw; the test
+    makes five draws per arc. The stated size excludes the noise, which alone has the size √13·u or
+    √34·u."""
     stated, squares = 0, []
     for seed in range(5):
         passes = _passes(arc_deg, 61, 6)

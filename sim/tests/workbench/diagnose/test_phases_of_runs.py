@@ -71,8 +71,9 @@ def test_frequency_and_amplitude_of_each_run(hz: float, seed: int) -> None:
 
 
 def test_the_verdict_describes_one_line() -> None:
-    """The rows of 0.25 s show 1.97 Hz; 1/0.25 s − 1.97 Hz has the period 0.4926 s. At the speed of
-    the first run the line would be the order 354.6, which single rows showed as a second line."""
+    """Rows every 0.25 s show the line of 1.97 Hz; its alias at 1/0.25 s − 1.97 Hz has the period
+    0.4926 s. At the speed of the first run the line has order 354.6, which an earlier version
+    listed as a second line of single rows."""
     found = diagnosis_of(_line(1, 1.97, 4.0))
     assert found.verdict == "unknown"
     said = sentences(found)
@@ -88,7 +89,7 @@ def test_the_verdict_describes_one_line() -> None:
 @pytest.mark.parametrize("hz", [0.05, pytest.param(0.4, marks=pytest.mark.large)])
 @pytest.mark.parametrize("constant_s", [pytest.param(22.0, marks=pytest.mark.large), 90.0])
 def test_an_oscillation_that_noise_drives_is_no_line(hz: float, constant_s: float) -> None:
-    """It loses its phase within an eighth or a half of the longest run."""
+    """The oscillation loses its phase within an eighth or a half of the longest run."""
     random = np.random.default_rng(10)
     rows = _clock(3.0, SPEEDS)
     shaken = driven_oscillator(random, rows[1], 1.0 / hz, np.pi * hz * constant_s)
@@ -105,7 +106,8 @@ def test_noise_has_no_line_of_runs(kind: str) -> None:
 
 
 def test_a_line_with_one_phase_is_not_one_of_runs() -> None:
-    """The noise gives each of two further phases a gain of one on average."""
+    """From noise alone, each of two further phases gains one on average; this is no line with a
+    phase in each run."""
     random = np.random.default_rng(12)
     rows = _clock(4.0, SPEEDS)
     error = SIZE * np.cos(2.0 * np.pi * 0.4 * rows[1]) + NOISE * random.normal(size=rows[1].size)
@@ -113,7 +115,7 @@ def test_a_line_with_one_phase_is_not_one_of_runs() -> None:
 
 
 def test_an_order_at_two_speeds_is_not_a_line_of_runs() -> None:
-    """At 2°/s the order 72 has 0.4 Hz, in the run at 3.1°/s 0.62 Hz."""
+    """Order 72 has 0.4 Hz in the runs at 2°/s, and 0.62 Hz in the run at 3.1°/s."""
     random = np.random.default_rng(13)
     rows = _clock(4.0, SPEEDS)
     error = SIZE * np.cos(72.0 * np.radians(rows[2]) + np.array([0.0, 2.0, 4.0])[rows[0]])

@@ -74,7 +74,8 @@ def _growing(time_s: Float, angle: Float) -> Float:
 @pytest.mark.parametrize("number", range(10))
 def test_gusts_show_no_product(number: int) -> None:
     """With a false-alarm probability of 1 % per log, ten logs with one false product have a
-    probability of 10 %; before the level of the noise counted, half of such logs had one."""
+    probability of 10 %; in an earlier version, which ignored the changing level of the noise, half
+    of such logs had one."""
     assert _found(_log(number, gusts=True)) is None
 
 

@@ -38,8 +38,9 @@ def test_good_logs_and_stations_have_no_faults() -> None:
 
 @pytest.mark.parametrize("drift", [0.0, 0.05])
 def test_exchanged_columns_are_bad_data(drift: float) -> None:
-    """An error that also drifts (60″ here) leads from one end of its range to the other, as a
-    motion does. The noise of the target would be in the error as well."""
+    """Exchanged columns are found also if the error drifts, here by 60″, and so changes from one
+    end of its range to the other as a motion does. The error column must follow the direction: if
+    only the target were noisy, the error would have this noise as well."""
     made = _log()
     made.error_arcsec[:] += drift * np.arange(ROWS)
     swapped = replace(made, target_deg=made.error_arcsec, error_arcsec=made.target_deg)

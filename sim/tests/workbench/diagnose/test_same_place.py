@@ -108,7 +108,8 @@ def test_white_errors_of_the_stations_are_no_line(seed: int) -> None:
 
 
 def test_a_line_among_smaller_errors_of_the_stations_is_named() -> None:
-    """A line of order 27 and 1″ explains most of the stations' errors; the others are 0.2″."""
+    """A line of order 27 and 1″ explains most of the stations' errors; the remaining errors are
+    0.2″."""
     random = np.random.default_rng(5)
     angle = 2.0 * np.pi * np.arange(STATIONS) / STATIONS
     off = np.cos(27.0 * angle + 0.3) + random.normal(0.0, 0.2, STATIONS)
@@ -117,7 +118,7 @@ def test_a_line_among_smaller_errors_of_the_stations_is_named() -> None:
 
 
 def _wander(random: np.random.Generator, angle: Float) -> Float:
-    """Return an error of orders 1 to 3, another one for each call: 2″ each."""
+    """Return an error of orders 1 to 3 whose coefficients, 2″ RMS, are drawn anew in each call."""
     parts = random.normal(0.0, 2.0, (3, 2))
     orders = np.arange(1, 4)[:, np.newaxis]
     waves = parts[:, :1] * np.cos(orders * angle) + parts[:, 1:] * np.sin(orders * angle)

@@ -127,8 +127,8 @@ def test_a_whole_turn_and_most_of_one_keep_twenty_orders() -> None:
 
 @pytest.mark.large
 def test_the_python_interface_and_the_page_state_it_in_the_same_words() -> None:
-    """One warning, in ``fit``, ``compare`` and ``diagnose`` of Python and in the page; a whole turn
-    has none."""
+    """``fit``, ``compare`` and ``diagnose`` of Python and the page give one warning in the same
+    words; a whole turn gets none."""
     for arc_deg, warned in ((70.0, True), (720.0, False)):
         measured = _log(np.zeros(ROWS), arc_deg, None)
         (text,) = warnings_of_the_arc(default_model(), observations_of(measured)) or [""]

@@ -106,7 +106,7 @@ def _short(slips: int, seed: int) -> MeasurementSet:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_losses_in_short_runs_are_counted(seed: int) -> None:
-    """29 of 60 rows have SIDE rows on both sides in their run."""
+    """All slips are counted, although only 29 of a run's 60 rows have SIDE rows on both sides."""
     base = [Term(built_in()["graduation_harmonics"](orders=[1]), {})]
     found = slips_alike(fit(base, observations_of(_short(6, seed))))
     assert found is not None

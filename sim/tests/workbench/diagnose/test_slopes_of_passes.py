@@ -43,13 +43,13 @@ def _diagnosed(slopes: list[float], celsius: list[float], seed: int, slow: float
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_two_passes_at_two_temperatures(seed: int) -> None:
     """The second pass at 27 °C has 24″ more over the arc than the first at 20 °C; u of a slope over
-    the arc is σ·√(12/n), of the difference of two √2 times as large: 0.25″."""
+    the arc is σ·√(12/n); u of the difference of two slopes is √2 times as large, 0.25″."""
     found = _diagnosed([0.0, 24.0], [20.0, 27.0], seed, 0.0)
     slopes = found.slopes
     assert slopes is not None
     u_arcsec = NOISE_ARCSEC * np.sqrt(2.0 * 12.0 / PLACES)
     assert slopes.size_arcsec == pytest.approx(24.0, abs=5.0 * u_arcsec)
-    # The blocks know u with 8 degrees of freedom: χ² within 0.86 … 26 of 8 has p 0.998.
+    # The u from the blocks has 8 degrees of freedom: χ² of 8 lies within 0.86 … 26 with p = 0.998.
     assert 0.3 * u_arcsec < slopes.sigma_arcsec < 1.9 * u_arcsec
     said = " ".join(sentences(found))
     assert "differ by a straight line of the angle: " in said

@@ -77,7 +77,7 @@ def test_a_reversal_above_a_speed_is_no_delay(seed: int) -> None:
     assert "do not grow in proportion to the speed" in (found.decision.unlike or "")
     said = " ".join(found.findings.sentences())
     assert "its own zero" not in said
-    # The offsets at the speeds 24 and 32°/s are 2″; the mean of 50 readings of 0.3″ has 0.04″.
+    # The offsets at the speeds 24 and 32°/s are 2″; the mean of 50 readings of 0.3″ has u = 0.04″.
     values = re.search(r"±\((.*)\) at 4, 8, 16, 24, 32°/s", found.decision.unlike or "")
     assert values is not None
     offsets = [float(one.strip("″").replace("−", "-")) for one in values[1].split(", ")]
@@ -92,7 +92,8 @@ def test_a_run_at_standstill_does_not_make_a_delay_of_it() -> None:
 
 @pytest.mark.parametrize(("power", "seed"), [(2.0, 1), (0.5, 2)])
 def test_a_power_of_the_speed_is_no_delay(power: float, seed: int) -> None:
-    """5″ at 32°/s; a straight line and a step leave 0.39″ RMS of the square, 0.2″ of the root."""
+    """The offset is 5″ at 32°/s. A straight line and a step leave 0.39″ RMS of the square of the
+    speed, and 0.2″ of its root."""
     found = _ladder(lambda speed: 5.0 * np.sign(speed) * (abs(speed) / 32.0) ** power, seed)
     assert found.verdict == "unknown"
     assert found.named is None
@@ -109,7 +110,8 @@ def test_a_power_of_the_speed_is_no_delay(power: float, seed: int) -> None:
 def test_the_runs_of_a_delay_follow_a_straight_line(
     speeds: tuple[float, ...], zeros: float
 ) -> None:
-    """At most SURE_P of true delays are refused: none or one of 1,000 (P(two) < 0.005)."""
+    """The rule refuses at most the share SURE_P of true delays: none or one of 1,000 (P(two or
+    more) < 0.005)."""
     random = np.random.default_rng(7)
     speed = np.repeat(np.array(speeds, dtype=float), 4) * np.tile([1.0, -1.0], 2 * len(speeds))
     level = np.searchsorted(np.array(speeds), np.abs(speed))
@@ -123,7 +125,7 @@ def test_the_runs_of_a_delay_follow_a_straight_line(
 
 @pytest.mark.parametrize(("seed", "zeros"), [(1, 0.0), (2, 0.3)])
 def test_a_delay_keeps_its_name(seed: int, zeros: float) -> None:
-    """20 µs are 2.3″ at 32°/s."""
+    """A delay of 20 µs causes 2.3″ at 32°/s."""
     found = _ladder(lambda speed: -speed * 3600.0 * 20e-6, seed, zeros)
     assert found.named is not None
     assert found.named.name == "latency"
@@ -136,7 +138,8 @@ def test_a_delay_and_a_reversal_error_are_both_named() -> None:
 
 
 def test_zeros_of_runs_at_speeds_of_one_direction_follow_no_speed() -> None:
-    """A single run at a speed fits any offset: its zero is no error of the speed."""
+    """A speed with a single run fits any offset, so that the zero of this run is no error of the
+    speed."""
     zeros = {2.0: 40.0, 3.0: -7.0, 4.0: 4.0, 5.0: 19.0}
     speeds = [1.0, -1.0] * 3 + list(zeros)
     rows = 60

@@ -61,7 +61,8 @@ def _step(made: MeasurementSet) -> Spot | None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_joint_of_a_tape_in_a_log(seed: int) -> None:
-    """450 rows a turn, 0.8° apart. Within half a row the place of the step is not determined."""
+    """The log has 450 rows a turn, 0.8° apart; they do not determine where between two rows the
+    step is."""
     angle = 0.8 * np.arange(450)
     step = _step(_turns(_saw(angle), angle, seed, turns=3, dt_s=0.04))
     assert step is not None
@@ -114,8 +115,8 @@ def test_an_error_that_begins_anew_with_each_turn_is_no_step(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_level_over_a_part_of_the_turn_is_no_joint(seed: int) -> None:
-    """A level has two edges; a step that returns evenly over the turn has one. Of 8 levels of 3″
-    in noise of 0.5″, five were stated as a step if no second edge was sought."""
+    """A level has two edges; a step that returns evenly over the turn has one. Without a search for
+    the second edge, five of 8 levels of 3″ in noise of 0.5″ were stated as a step."""
     angle = np.arange(360.0)
     level = np.where((angle >= 100.0) & (angle < 200.0), 3.5, 0.0)
     assert _step(_turns(level, angle, seed, turns=3, dt_s=10.0)) is None

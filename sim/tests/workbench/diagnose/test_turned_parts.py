@@ -23,8 +23,8 @@ Float = NDArray[np.float64]
 def _turned(
     errors: Float, runs: int, noise: float, seed: int, sign: int = 1, mount: Float | None = None
 ) -> MeasurementSet:
-    """Return one run a mounting over as many stations as ``errors``, the errors of the places of
-    the part that is turned by one more station before each run."""
+    """Return one run per mounting, over as many stations as ``errors`` has values. These are the
+    errors of the places of a part, which is turned by one more station before each run."""
     random = np.random.default_rng(seed)
     stations = errors.size
     run = np.repeat(np.arange(runs), stations)
@@ -48,7 +48,8 @@ def _turned(
 @pytest.mark.parametrize("seed", [1, 2, 3])
 @pytest.mark.parametrize("sign", [1, -1])
 def test_an_eccentric_gauge_is_found_by_its_mounting(seed: int, sign: int, tmp_path: Path) -> None:
-    """12 × 12 stations with 0.1″: u of an amplitude is 0.1″ · √(2/144) = 0.012″; six of them."""
+    """With 0.1″ of noise at 12 × 12 stations, u of an amplitude is 0.1″ · √(2/144) = 0.012″; the
+    bound is six times u."""
     errors = 1.5 * np.cos(2.0 * np.pi * np.arange(12) / 12 + 1.0)
     found = diagnosis_of(_turned(errors, 12, 0.1, seed, sign))
     assert found.verdict == "unknown"
@@ -68,12 +69,12 @@ def test_an_eccentric_gauge_is_found_by_its_mounting(seed: int, sign: int, tmp_p
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_faces_of_a_polygon_are_found_by_its_mounting(seed: int) -> None:
-    """The orders 1 to 6 of 12 faces are all their errors, without the mean. No line remains.
+    """The orders 1 to 6 describe all errors of 12 faces without their mean. No line remains.
 
-    Only the six mountings m separate the orders of the table's model from those of the polygon: an
-    order n for which the mean of exp(i n m) over the mountings is up to 0.64 has
-    u = 0.06″ · √(2/72/(1 − 0.64²)) = 0.013″. With eleven such errors the RMS differs by less than
-    0.04″; two digits are printed.
+    Only the six mountings m separate the orders of the polygon from those of the table's model. For
+    an order n, the mean of exp(i n m) over the mountings is at most 0.64, so that u is at most
+    0.06″ · √(2/72/(1 − 0.64²)) = 0.013″. Eleven such errors change the RMS, which has two digits,
+    by less than 0.04″.
     """
     bound = 0.045
     errors = np.random.default_rng(100 + seed).normal(0.0, 0.4, 12)

@@ -79,8 +79,8 @@ def test_synchronous_motion_is_named_without_a_reference(heads: int) -> None:
 def test_a_saw_tooth_of_the_axis_is_more_than_its_low_orders(
     order: int, direction_rad: float
 ) -> None:
-    """A cam moves the axis by ±0.15 µm in a saw tooth, of which radial_error_motion has the orders
-    up to 8 only: a tenth of the error's square remains at the multiples above."""
+    """A cam moves the axis by ±0.15 µm in a saw tooth. The orders of radial_error_motion end at 8,
+    so that a tenth of the mean square of the error remains at higher multiples."""
 
     def motion(angle: Float) -> Float:
         share = np.mod(order * angle / (2.0 * np.pi) + 0.2, 1.0)
@@ -134,8 +134,8 @@ def test_an_effect_of_one_head_speaks_of_that_head(name: str, head: int) -> None
 
 
 def test_heads_that_are_read_one_after_the_other_are_named_together() -> None:
-    """One head alone does not explain the offsets of the runs, which the estimated scatter of the
-    index would hide."""
+    """A delay of one head alone does not explain the offsets of the runs. With such a delay in the
+    model, the estimated scatter of the index would hide the delays of the other heads."""
     later = (0.0, 1e-6, -1.5e-6, 2.5e-6)
     _, values = _named(FourHeads(later_s=later), "timing_skew")
     assert list(values) == ["skew", "skew_head3", "skew_head4"]

@@ -77,10 +77,11 @@ def test_the_noise_of_each_head_is_found(head: int, places_deg: tuple[float, ...
         found = np.array(rows.head_noise.sigmas_arcsec)
         expected = np.full(len(places_deg), NOISE_ARCSEC)
         expected[head - 1] = np.hypot(NOISE_ARCSEC, NOISY_ARCSEC)
-        # Four runs of 800 samples and the window give 823 independent complex values. From three
-        # heads the variance of a quiet head is the covariance of Rᵢ − R₁ and Rᵢ − Rⱼ, with a
-        # standard deviation of 0.5·0.1·√(1/823) = 0.0018 arcsec², 9 % of σ; the noisy head has 2 %
-        # of σ, 1/√(4·823), and the limits that cut lines off lower every σ by 2 %.
+        # Four runs of 800 samples and the window give 823 independent complex values. With three
+        # heads, the variance of a quiet head is the covariance of Rᵢ − R₁ and Rᵢ − Rⱼ. Its standard
+        # deviation is 0.5·0.1·√(1/823) = 0.0018 arcsec², so that σ scatters by 9 %. The σ of the
+        # noisy head scatters by 1/√(4·823) = 2 %. The limits that exclude lines lower every σ by 2
+        # %.
         limit = np.where(expected > NOISE_ARCSEC, (0.02 + 4.0 * 0.018) * expected, 0.038)
         assert np.all(np.abs(found - expected) < limit), found
 
@@ -123,8 +124,9 @@ def test_two_heads_have_no_weights() -> None:
 
 
 def test_contrasts_of_unequal_heads_are_independent() -> None:
-    """The contrasts of true variances have a diagonal covariance, their offsets that of equal
-    indexes, and equal heads give the Helmert contrasts."""
+    """With the weights of the true variances, the contrasts have a diagonal covariance, and their
+    offsets have the covariance of equal indexes. For equal variances these weights are those of the
+    Helmert contrasts."""
     variances = np.array([0.25, 0.01, 0.04, 0.01])
     covariance = np.diag(variances[1:]) + variances[0]
     weights = contrast_weights(4, covariance)
@@ -141,8 +143,8 @@ def test_contrasts_of_unequal_heads_are_independent() -> None:
 
 
 def _alarms(observations: Observations, sigmas: Float, random: np.random.Generator) -> int:
-    """Return how often an order of the disc exceeds LEVEL in DRAWS of noise alone, over ORDERS; the
-    channels are taken as independent, as in the fit."""
+    """Return how often the test of one of the ORDERS of the disc has p below LEVEL, in DRAWS of
+    noise alone. The test assumes independent channels, as the fit does."""
     rows = observations.capture
     assert rows is not None
     assert rows.channel is not None
@@ -169,8 +171,8 @@ def _alarms(observations: Observations, sigmas: Float, random: np.random.Generat
     ids=["first_of_four", "second_of_four", "first_of_three", "second_of_three"],
 )
 def test_noise_of_one_head_makes_no_false_alarms(head: int, places_deg: tuple[float, ...]) -> None:
-    """Orders of the disc exceed their nominal p in noise alone as often as stated, and several
-    times as often with the weights of equal heads."""
+    """In noise alone, an order of the disc has p below LEVEL as often as stated. With the weights
+    of equal heads this is more frequent, with four heads more than twice as frequent."""
     sigmas = np.full(len(places_deg), NOISE_ARCSEC)
     sigmas[head - 1] = np.hypot(NOISE_ARCSEC, NOISY_ARCSEC)
     alarms = of_equal = 0
@@ -182,7 +184,7 @@ def test_noise_of_one_head_makes_no_false_alarms(head: int, places_deg: tuple[fl
         alarms += _alarms(observations, sigmas, np.random.default_rng(100 + seed))
         of_equal += _alarms(equal, sigmas, np.random.default_rng(100 + seed))
     tests = 3 * DRAWS * len(ORDERS)
-    # Binomial counting error with p = 0.1 %.
+    # The bound is the 0.1 % point of the binomial distribution.
     assert alarms <= binom.isf(1e-3, tests, LEVEL), (alarms, of_equal)
     # Of three heads, the order that suffers most is not among these.
     assert of_equal > (2 if len(places_deg) == 4 else 1) * alarms
@@ -286,8 +288,8 @@ def test_mixed_offsets_sum_like_columns() -> None:
 
 @pytest.mark.parametrize(("head", "seed"), [(1, 5), pytest.param(1, 7, marks=pytest.mark.large)])
 def test_a_noisy_head_is_stated_and_is_no_error(head: int, seed: int) -> None:
-    """A head five times as noisy as the others is no discovery, and the answer states it (before:
-    unknown, with a wave of high order of head 1)."""
+    """A head five times as noisy as the others is no discovery, and the answer states its noise. An
+    earlier version answered unknown, with a wave of high order of head 1."""
     found = diagnosis_of(_noisy(head).measured(seed))
     assert found.verdict == "adequate"
     said = " ".join(sentences(found))

@@ -1,7 +1,7 @@
 """Tests which samples of three or four heads are single wrong rows in the residual of a model.
 
-The residuals are readings of a disc with a scratch, or readings of which one is wrong, without any
-code of the effects.
+The residuals are readings of a disc with a scratch, or readings of which one is wrong; no code of
+the effects computes them.
 """
 
 from __future__ import annotations

@@ -65,7 +65,8 @@ def test_gusts_give_no_jump(seed: int) -> None:
     assert found.noise_level_ratio is not None
     assert not found.not_noise
     # The level of all noise in a gust is √(2.4² + 0.3²)/√(0.4² + 0.3²) = 4.8 times the level
-    # outside; of the innovations about half, because the white part does not change.
+    # outside. The level of the innovations changes by about half as much, because the white part
+    # does not change.
     assert 2.0 < found.noise_level_ratio < 8.0
 
 
@@ -96,8 +97,8 @@ def test_one_level_has_no_local_level() -> None:
 
 
 def test_the_ratio_of_levels() -> None:
-    """Noise three times as large in a fifth of the rows: the ratio of the local levels is 3,
-    within the scatter of the local RMS of 13 % and its largest and smallest values."""
+    """The noise is three times as large in a fifth of the rows. The stated ratio, of a high to a
+    low quantile of the local RMS, is about 3; the local RMS scatters by 13 %."""
     random = np.random.default_rng(9)
     loud = np.where(np.arange(2000) % 500 < 100, 3.0, 1.0)
     found = noise_level(loud * random.standard_normal(2000))

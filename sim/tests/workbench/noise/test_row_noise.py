@@ -118,8 +118,8 @@ def _scale_of_the_parts(level: np.ndarray, turns: float, seed: int) -> np.ndarra
 
 
 def test_a_level_that_changes_with_time_gives_the_parts_of_the_turn_no_scale() -> None:
-    """Gusts of 1,600 s triple the noise, in other parts of each turn of 720 s: the scatter does not
-    depend on the angle."""
+    """Gusts every 1,600 s triple the noise, at different angles in each turn of 720 s, so that the
+    scatter does not depend on the angle."""
     time_s = 2.0 * np.arange(1500)
     gusts = np.where(np.sin(time_s / 260.0) > 0.5, 3.0, 1.0)
     assert _scale_of_the_parts(gusts, 1500.0 / 360.0, seed=5) is None

@@ -124,7 +124,7 @@ def _gusts(seed: int) -> MeasurementSet:
 @pytest.mark.large
 @pytest.mark.parametrize("seed", [1, 5])
 def test_gusts_are_no_drift(seed: int) -> None:
-    """Gusts get no name: other parts of each turn are loud, so that the parts have no scale. In an
-    earlier version, four of the seeds 1 to 7 gave a drift with p < 0.01."""
+    """Gusts get no name: in each turn other parts are loud, so that the parts of the turn have no
+    scale. In an earlier version, four of the seeds 1 to 7 gave a drift with p < 0.01."""
     found = diagnosis_of(_gusts(seed))
     assert found.verdict in ("adequate", "cannot_tell")

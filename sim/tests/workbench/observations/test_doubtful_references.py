@@ -62,15 +62,16 @@ def test_equal_readings_at_different_times_are_readings() -> None:
 
 @pytest.mark.parametrize("unit", [60.0, 3600.0, 206_264.8])
 def test_errors_in_another_unit(unit: float) -> None:
-    """0.4″ of scatter is 0.0067 arcminutes, less than a sixtieth of the stated 0.5″."""
+    """If the errors are in arcminutes, a scatter of 0.4″ is 0.0067, less than a sixtieth of the
+    stated 0.5″."""
     made = MeasurementSet(Table(), None, _reference(unit))
     (said,) = doubtful_units(observations_of(made))
     assert "is error_arcsec in arcseconds" in said
 
 
 def test_a_reference_that_repeats_better_than_its_uncertainty() -> None:
-    """No warning where the repeats are ten times better than the stated uncertainty, which also
-    contains constant parts, or where no uncertainty is stated."""
+    """The workbench gives no warning if the repeats are ten times better than the stated
+    uncertainty, which also contains constant parts, or if no uncertainty is stated."""
     for reference in (_reference(), _reference(u_arcsec=4.0), _reference(3600.0, None)):
         made = MeasurementSet(Table(), None, reference)
         assert doubtful_units(observations_of(made)) == []

@@ -446,7 +446,8 @@ def test_the_first_row_after_a_step_of_stations_is_kept() -> None:
 
 
 def test_the_rows_of_lost_counts_in_a_log_at_the_same_angles_are_kept() -> None:
-    """Five turns of 400 angles: the readings rise three times by 79.1″ (noise 10″)."""
+    """In five turns of 400 angles the readings rise three times by 79.1″ (noise 10″); no row is an
+    outlier."""
     random = np.random.default_rng(13)
     rows = np.arange(2000)
     target = rows * 0.9

@@ -61,7 +61,7 @@ def test_a_polygon_half_a_face_away_from_zero_has_its_faces() -> None:
 
 
 def test_a_short_run_on_a_turned_polygon_leaves_the_faces_of_a_complete_run() -> None:
-    """A complete run shows the faces, although a second run on the turned polygon is shorter."""
+    """A complete run keeps its faces if a second, shorter run has the polygon turned."""
     target = np.concatenate([STATIONS_DEG, STATIONS_DEG[:10] + 5.0])
     run = _runs(FACES, 10)
     found = faces_of(FACES, run, target)

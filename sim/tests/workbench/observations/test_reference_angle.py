@@ -45,8 +45,9 @@ def _arc(*, follows: bool, sign: float = 1.0, order: float = 1024.0) -> Measurem
 def test_the_angle_of_an_arc_does_not_contain_the_noise_of_the_error(
     follows: bool, sign: float
 ) -> None:
-    """The angle minus a polynomial in the time is rounding alone: a count is 0.31″ here and
-    scatters by 0.09″. With the measured error in the angle, line and noise scatter by 2.2″."""
+    """Only rounding remains of the angle minus a polynomial in the time: rounding to a count of
+    0.31″ is 0.09″ RMS. If the angle contained the measured error, line and noise would be 2.2″
+    RMS."""
     rows = observations_of(_arc(follows=follows, sign=sign)).reference
     assert rows is not None
     assert rows.time_s is not None

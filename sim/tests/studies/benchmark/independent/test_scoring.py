@@ -84,9 +84,9 @@ def named(name: str, hz: float | None = None, **more: Any) -> dict[str, Any]:
 def test_a_line_is_right_by_the_accepted_names_where_a_line_is(
     answer: dict[str, Any], expected: str
 ) -> None:
-    """An answer is right if it has an accepted name and, if it states a frequency, the frequency of
-    a periodic error of the set: 0.1 or 0.3 Hz. Two frequencies count as equal if they differ by at
-    most 1.5 times the resolution, which is 0.001 Hz."""
+    """An answer is right if its name is accepted; a stated frequency must be that of a periodic
+    error of the set, 0.1 or 0.3 Hz. Two frequencies count as equal if they differ by at most 1.5
+    times the resolution, which is 0.001 Hz."""
     lines = (line(0.1, 2.0), line(0.3, 0.5))
     found = judged(answer, *lines, names=["vibration"], alike=["bearing_ball_pass"])
     assert found.outcome == expected
