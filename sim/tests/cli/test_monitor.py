@@ -190,7 +190,7 @@ def test_captures_are_added_to_a_set(device: Device, tmp_path: Path) -> None:
     assert CliRunner().invoke(main, ["capture", *words]).exit_code == 0
     done = CliRunner().invoke(main, ["capture", *words])
     assert done.exit_code == 0, done.output
-    assert "the pause before it is not known" in done.output
+    assert "because the pause is not known" in done.output
     found = read_measurement_set(tmp_path / "set").capture
     assert found is not None
     assert np.unique(found.run).size == 2

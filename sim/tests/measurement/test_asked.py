@@ -139,7 +139,7 @@ def test_a_set_without_the_part_is_refused(plain: MeasurementSet) -> None:
     assert came("reference", plain, replace(plain, reference=None)).faults == [
         "it has no reference run"
     ]
-    with pytest.raises(ValueError, match="the set has none"):
+    with pytest.raises(ValueError, match="the set has no such run"):
         at_the_table("speed", replace(plain, capture=None))
     with pytest.raises(ValueError, match="no measurement is called"):
         at_the_table("faster", plain)

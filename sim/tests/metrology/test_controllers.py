@@ -220,7 +220,7 @@ def test_the_controller_leaves_what_is_said(name: str) -> None:
 
 
 def test_a_table_in_whole_units_of_twincat_divides_the_turn() -> None:
-    with pytest.raises(ValueError, match="choose a divisor of 3600000"):
+    with pytest.raises(ValueError, match="Choose a divisor of 3600000"):
         FORMATS["twincat"].text(_correction(), 7, "")
 
 

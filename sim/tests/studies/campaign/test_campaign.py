@@ -223,7 +223,7 @@ def test_contradicting_results_are_refused(tmp_path: Path) -> None:
     assert squares(tmp_path) == [1]
     lie = {"key": task_key({"number": 1}), "task": {"number": 1}, "result": {"square": 3}}
     (tmp_path / "results-2-of-2.jsonl").write_text(canonical(lie) + "\n")
-    with pytest.raises(StoreError, match="another result"):
+    with pytest.raises(StoreError, match="a second, different result"):
         read_results([tmp_path])
 
 
