@@ -196,7 +196,7 @@ def test_what_the_set_does_not_state_is_said(tmp_path: Path) -> None:
     done = _run(tmp_path / "set")
     assert done.exit_code == 0, done.output
     assert "not stated: the reference instrument" in done.output
-    assert "at least" in done.output
+    assert "a lower limit" in done.output
 
 
 def test_rows_that_are_too_few_and_models_that_do_not_fit(tmp_path: Path) -> None:
