@@ -193,7 +193,7 @@ def test_a_line_that_keeps_to_the_schedule_of_the_visits_is_none_in_time() -> No
     # is then half a period later at every visit.
     reported = _of_line(2.5 / 192.0)
     assert reported is not None
-    assert "every other pass" in reported
+    assert "alternates from pass to pass" in reported
     assert _of_line(2.5 / 192.0 + 0.5 / 1920.0) is None
     # The rule accepts a line that is half a resolution of ten visits away from this frequency,
     # because the line drifts against the visits. It also accepts a much slower line.

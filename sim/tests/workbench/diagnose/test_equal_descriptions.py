@@ -44,7 +44,7 @@ def test_a_load_that_rises_with_the_time_is_named_beside_it(seed: int) -> None:
     assert found.verdict == "unknown"
     assert "direction × time" in said
     # Up and down, the reading changes by ±0.6″ for each N·m; u is far below 0.02″/N·m.
-    assert "the description fits as well: direction × (load_nm − 1" in said
+    assert "describes the error equally well: direction × (load_nm − 1" in said
     assert found.equal is not None
     (size,) = found.equal.parameters().values()
     assert size.value == pytest.approx(0.6, abs=0.02)
@@ -56,4 +56,4 @@ def test_a_load_in_mixed_order_has_no_equal() -> None:
     found = diagnosis_of(_joint([16.0, 16.0, 0.0, 0.0, 24.0, 24.0, 8.0, 8.0], 4))
     said = " ".join(sentences(found))
     assert "load_nm" in said
-    assert "fits as well" not in said
+    assert "equally well" not in said
