@@ -234,7 +234,7 @@ def test_page_tells_both_generators_and_every_world() -> None:
     assert "| calibration error, simulated | ≤ 0.03 | **0.100**" in text
     # Four of these sets come from the independent generator, and one is simulated with the
     # catalogue.
-    assert "in limits: periodic_error 5 of 5." in text
+    assert "was not put first: periodic_error 5 of 5." in text
     sets = benchmark_sets_page()
     for name, world in independent_worlds().items():
         assert f"| {name} | {world.about} |" in sets
