@@ -372,8 +372,8 @@ begin
         output             := started;
         output(1 downto 0) := u_signed(place_of_output);
       end if;
+      -- The two bits down & (up or down) are 1, 0 or -1.
       if following = '1' then
-        -- The two bits down & (up or down) are 1, 0 or -1.
         phase := phase + u_unsigned'(down(0), up(0) or down(0));
       end if;
       place_of_output := phase - phase_of_zero;
