@@ -277,9 +277,9 @@ def _check_speed(
     kept: NDArray[np.int64],
     clock_hz: float,
 ) -> None:
-    """Refuse a run with more counts between two neighbours than the decoder can count.
+    """Refuse a run with more counts between two neighbouring samples than the decoder can count.
 
-    ``kept``: indices within the run of the samples, which are not masked.
+    ``kept``: index within the run of each sample; masked samples are left out before.
     """
     times = np.diff(time_s)
     steps = np.abs(np.diff(head1_counts))
