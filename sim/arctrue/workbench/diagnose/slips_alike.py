@@ -62,7 +62,7 @@ class AlikeSlips:
         return bool(slow) and max(slow) < min(self.speeds_deg_s[run] for run in self.of_run)
 
     def words(self) -> str:
-        """Return the finding in words."""
+        """Return the detection in words."""
         way = "falls" if self.counts < 0 else "rises"
         runs = ", ".join(f"{number} times in run {run}" for run, number in self.of_run.items())
         said = (

@@ -54,7 +54,7 @@ class SlopesOfPasses:
     words, by name."""
 
     def sentence(self) -> str:
-        """Return the finding with the recorded conditions that may cause it."""
+        """Return the detection with the recorded conditions that may cause it."""
         size = f"{angle_words(self.size_arcsec)} over {self.arc_deg:.4g}°"
         words = f"{size} (u {angle_words(self.sigma_arcsec)})"
         if self.passes == 2:

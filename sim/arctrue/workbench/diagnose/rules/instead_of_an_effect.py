@@ -34,7 +34,7 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE
 
 def jumped_once(case: Case) -> Decision | None:
     """A jump explains more than any effect or product of parts."""
-    steps = case.survey.findings.steps
+    steps = case.survey.detections.steps
     step = max(steps, key=lambda item: item.gain, default=None)
     if step is None or (case.best is not None and case.best.regular is not None):
         return None
@@ -72,7 +72,7 @@ def moved_between_cycles(case: Case) -> Decision | None:
     """The offset of the reference changes between cycles or runs, or its order 1 between runs;
     neither the best effect nor the best product of parts explains these changes better than
     chance."""
-    change, best = case.survey.findings.cycles, case.best
+    change, best = case.survey.detections.cycles, case.best
     if change is not None and change.order_1_arcsec:
         tried = [item for item in (best, case.product) if item is not None]
         if any(describes_mountings(case.survey.base, item.solution) for item in tried):
@@ -140,7 +140,7 @@ def _not_white(survey: Survey) -> bool:
         *survey.lack_of_fit.values(),
         *(t.autocorrelation_p for t in tests if t is not None),
     ]
-    return survey.findings.oscillation is not None or min(p_values, default=1.0) < LACK_OF_FIT
+    return survey.detections.oscillation is not None or min(p_values, default=1.0) < LACK_OF_FIT
 
 
 def runs_change_alike(case: Case) -> Decision | None:

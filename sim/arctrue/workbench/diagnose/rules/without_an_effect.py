@@ -19,7 +19,7 @@ def left_undescribed(case: Case) -> Decision | None:
     """The model leaves a large and significant error that nothing describes."""
     if case.best is not None:
         return None
-    places = case.survey.findings.places
+    places = case.survey.detections.places
     # As for an effect, the size of an error at single places is its size where it acts.
     at_places = {"reference": 0.0 if places is None else places.largest_arcsec}
     left = {

@@ -1,4 +1,4 @@
-"""Findings of the forward search in a reference: regular causes, steps, oscillations and slow
+"""Detections of the forward search in a reference: regular causes, steps, oscillations and slow
 changes, in words and as JSON."""
 
 from __future__ import annotations
@@ -130,8 +130,8 @@ class RegularCause:
 
 
 @dataclass(frozen=True, eq=False)
-class Findings:
-    """Findings of the forward search in a reference, with one model."""
+class Detections:
+    """Detections of the forward search in a reference, with one model."""
 
     causes: tuple[RegularCause, ...] = ()
     """Regular causes, ordered by the error that they explain, the largest first."""
@@ -158,21 +158,21 @@ class Findings:
     drift: EvenDrift | None = None
     """Even drift of a reference that has lines too, and no slow change of another form."""
     cause: str | None = None
-    """The named effect that was in the model during the search for these findings."""
+    """The named effect that was in the model during the search for these detections."""
     same: tuple[str, ...] = ()
     """Lines and oscillations that vanish with this effect in the model, because they are its
     aliases; in words."""
 
     @property
     def empty(self) -> bool:
-        """True if there are no findings."""
+        """True if there are no detections."""
         lists = bool(self.causes or self.steps or self.fast or self.not_noise)
         others = (self.oscillation, self.slow, self.reversal, self.places)
         return not lists and all(item is None for item in others)
 
-    def further(self, name: str, left: Findings, *, is_line: bool = False) -> Findings:
-        """Return ``left``, the findings with the effect ``name`` in the model, with a list of the
-        findings that this effect explained.
+    def further(self, name: str, left: Detections, *, is_line: bool = False) -> Detections:
+        """Return ``left``, the detections with the effect ``name`` in the model, with a list of the
+        detections that this effect explained.
 
         If ``name`` is a line, an oscillation that it explains is not listed: the oscillation is the
         line itself, measured with another size.
@@ -191,9 +191,9 @@ class Findings:
             same.append(f"{near.rms_arcsec:.2g}″ RMS near {near.hz:.3g} Hz")
         return replace(left, cause=name, same=tuple(same))
 
-    def without_fast(self, hz: float, passes: Sequence[tuple[float, float]]) -> Findings:
-        """Return the findings without the fast lines that are a line of the frequency ``hz`` in one
-        of the passes; ``passes``: speed in turns per second and duration in seconds of each."""
+    def without_fast(self, hz: float, passes: Sequence[tuple[float, float]]) -> Detections:
+        """Return the detections without the fast lines that are a line of the frequency ``hz`` in
+        one of the passes; ``passes``: speed in turns per second and duration in seconds of each."""
 
         def is_it(line: FastLineOfRows) -> bool:
             speeds = [(1.0, duration_s) for _, duration_s in passes] if line.in_time else passes
@@ -203,8 +203,8 @@ class Findings:
 
         return replace(self, fast=tuple(line for line in self.fast if not is_it(line)))
 
-    def without(self, one: RegularCause | None) -> Findings:
-        """Return the findings without one of the causes, which is in the model."""
+    def without(self, one: RegularCause | None) -> Detections:
+        """Return the detections without one of the causes, which is in the model."""
         return replace(self, causes=tuple(item for item in self.causes if item is not one))
 
     def searched(self, nonlinear: Nonlinear) -> bool:
@@ -216,8 +216,8 @@ class Findings:
             return False
         return any(band.in_time == in_time and rate <= band.highest for band in self.bands)
 
-    def without_steps(self) -> Findings:
-        """Return the findings without steps, for a model with an effect that is itself a step."""
+    def without_steps(self) -> Detections:
+        """Return the detections without steps, for a model with an effect that is itself a step."""
         return replace(self, steps=())
 
     @property
@@ -234,7 +234,7 @@ class Findings:
         return bool(self.steps) or self.cycles is not None or not white
 
     def data(self) -> dict[str, Any]:
-        """Return the findings as JSON."""
+        """Return the detections as JSON."""
         return {
             "regular": [cause.data() for cause in self.causes],
             "fast_lines": [
@@ -267,7 +267,7 @@ class Findings:
         }
 
     def sentences(self) -> list[str]:
-        """Return the findings in words, one sentence each."""
+        """Return the detections in words, one sentence each."""
         found = []
         if self.same:
             found.append(
@@ -302,7 +302,7 @@ class Findings:
         return found
 
     def _by_size(self) -> Iterator[tuple[float, str]]:
-        """Yield sentences, each with the RMS of its finding in arcseconds."""
+        """Yield sentences, each with the RMS of its detection in arcseconds."""
         if self.causes:
             words = "; ".join(cause.words() for cause in self.causes)
             yield (
