@@ -20,8 +20,8 @@ from arctrue.workbench.diagnose.classes import (
     LEAST_SHARE,
     OF_THE_SAME_KIND,
     Similar,
-    alike,
     lead,
+    similar_to,
     stands_in,
     without_unspecific,
 )
@@ -282,7 +282,7 @@ class Case:
         best = self.best
         assert best is not None
         aliased = above_half_the_samples(best, self.survey.residuals)
-        found = alike(best, list(self.others.values()), unspecific=aliased)
+        found = similar_to(best, list(self.others.values()), unspecific=aliased)
         if best.effect.search_kind == "frequency" and best.lacking_variety:
             # At one speed a frequency is an order. An oscillation has a free phase and a free size
             # in every run. An effect that explains most of the oscillation with one phase is an

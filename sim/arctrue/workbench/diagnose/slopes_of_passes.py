@@ -37,7 +37,8 @@ DIFFERS = 3.0
 standard deviations within the passes."""
 FOLLOWS = 0.98
 """Smallest correlation, over three or more passes, at which the slopes follow a condition; the
-columns of two effects count as equal at this correlation too (ALIKE in :mod:`confounded`)."""
+columns of two effects count as equal at this correlation too (EQUAL_COLUMNS in
+:mod:`confounded`)."""
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,7 @@ def _of_white_rows(seed: int, reversal: float) -> Reversal | None:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_differences_that_came_out_alike_are_no_small_uncertainty(seed: int) -> None:
+def test_differences_that_came_out_equal_are_no_small_uncertainty(seed: int) -> None:
     """The rows allow a standard uncertainty of 2·1″/√480 = 0.091″ of the difference: 0.16″ is no
     detection, and 2″ has this uncertainty or more."""
     assert _of_white_rows(seed, 0.16) is None
