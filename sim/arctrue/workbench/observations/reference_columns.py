@@ -163,8 +163,8 @@ def saturated_rows(rows: ReferenceRows, used: Integer | None) -> list[str]:
     return [
         f"reference, line {file_line(used, first)} of the file on: error_arcsec has exactly "
         f"{said}, {percent(sum(number for _, number in ends) / size)} of the rows; no other value "
-        f"occurs in more than {usual}: the instrument is at the limit of its range; align it so that "
-        "the error stays within its range, or mask these rows (mask.csv)"
+        f"occurs in more than {usual}: the instrument is at the limit of its range; align it so "
+        "that the error stays within its range, or mask these rows (mask.csv)"
     ]
 
 

@@ -1,5 +1,4 @@
-"""Tests that the observations are data only: a record neither calls a function of its user nor keeps
-a result."""
+"""Tests that the observations are data only: they have no callbacks and store no results."""
 
 import ast
 from pathlib import Path
