@@ -129,6 +129,16 @@ class RegularCause:
         return order if seconds is None else f"{seconds}, {order}"
 
 
+@dataclass(frozen=True)
+class Statement:
+    """A sentence on a detection."""
+
+    sentence: str
+    words: str | None = None
+    """Description of the detection, as ``Decision.seen`` has it; None if no decision states it in
+    these words."""
+
+
 @dataclass(frozen=True, eq=False)
 class Detections:
     """Detections of the forward search in a reference, with one model."""
@@ -268,46 +278,62 @@ class Detections:
 
     def sentences(self) -> list[str]:
         """Return the detections in words, one sentence each."""
+        return [item.sentence for item in self.statements()]
+
+    def statements(self) -> list[Statement]:
+        """Return the sentences on the detections."""
         found = []
         if self.same:
             found.append(
-                f"The reference shows the same error as {self.cause}: {'; '.join(self.same)}."
+                Statement(
+                    f"The reference shows the same error as {self.cause}: {'; '.join(self.same)}."
+                )
             )
-        found += [words for _, words in sorted(self._by_size(), key=lambda item: -item[0])]
+        found += [item for _, item in sorted(self._by_size(), key=lambda item: -item[0])]
         if self.cycles is not None:
             words = self.cycles.words()
-            found.append(f"{words[0].upper()}{words[1:]}.")
+            found.append(Statement(f"{words[0].upper()}{words[1:]}.", words))
         if self.places is not None:
             words = self.places.words()
-            found.append(f"{words[0].upper()}{words[1:]}.")
+            found.append(Statement(f"{words[0].upper()}{words[1:]}.", words))
         if self.slow is not None:
             found.append(
-                f"A slow change of unknown form, {angle_words(self.slow.size_arcsec)} over "
-                f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
+                Statement(
+                    f"A slow change of unknown form, {angle_words(self.slow.size_arcsec)} over "
+                    f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
+                )
             )
         if self.drift is not None:
+            size = angle_words(self.drift.size_arcsec)
             found.append(
-                "With these lines in the model, the error of the reference changes evenly by "
-                f"{angle_words(self.drift.size_arcsec)} (u {angle_words(self.drift.sigma_arcsec)}) "
-                f"over {self.drift.length:.4g} s."
+                Statement(
+                    "With these lines in the model, the error of the reference changes evenly by "
+                    f"{size} (u {angle_words(self.drift.sigma_arcsec)}) over "
+                    f"{self.drift.length:.4g} s."
+                )
             )
         if self.oscillation is not None:
-            where = "error" if self.oscillation.is_line else "noise"
-            found.append(f"The {where} contains {self.oscillation.words()}.")
+            where, words = (
+                "error" if self.oscillation.is_line else "noise",
+                self.oscillation.words(),
+            )
+            found.append(Statement(f"The {where} contains {words}.", words))
         if self.noise_level_ratio is not None:
             found.append(
-                "The noise level of the reference changes with time: the level of its noisy parts "
-                f"is {self.noise_level_ratio:.2g} times that of its quiet parts."
+                Statement(
+                    "The noise level of the reference changes with time: the level of its noisy "
+                    f"parts is {self.noise_level_ratio:.2g} times that of its quiet parts."
+                )
             )
         return found
 
-    def _by_size(self) -> Iterator[tuple[float, str]]:
+    def _by_size(self) -> Iterator[tuple[float, Statement]]:
         """Yield sentences, each with the RMS of its detection in arcseconds."""
         if self.causes:
             words = "; ".join(cause.words() for cause in self.causes)
             yield (
                 max(cause.taken_arcsec for cause in self.causes),
-                f"Regular errors in the reference, with the size of each: {words}.",
+                Statement(f"Regular errors in the reference, with the size of each: {words}."),
             )
         if self.fast:
             words = "; ".join(line.words() for line in self.fast[:MOST_FAST])
@@ -315,7 +341,9 @@ class Detections:
             words += f"; and {more} smaller" if more > 0 else ""
             yield (
                 self.fast[0].amplitude_arcsec / np.sqrt(2.0),
-                f"Single rows show lines too fast for the averaged rows of the search: {words}.",
+                Statement(
+                    f"Single rows show lines too fast for the averaged rows of the search: {words}."
+                ),
             )
         if self.reversal is not None:
             # Half of the error acts upwards and half downwards.
@@ -332,11 +360,14 @@ class Detections:
                     f"Up and down differ by {angle_words(size)} (u {angle_words(sigma)}) over "
                     f"{passes}."
                 )
-            yield size / 2.0, words
+            yield size / 2.0, Statement(words)
         if self.steps:
             yield (
                 max(abs(step.size_arcsec) for step in self.steps) / 2.0,
-                list_of_jumps(self.steps),
+                Statement(
+                    list_of_jumps(self.steps),
+                    self.steps[0].words() if len(self.steps) == 1 else None,
+                ),
             )
 
 

@@ -95,10 +95,10 @@ def sentences(result: Diagnosis) -> list[str]:
             *(_further_with_description(result) if result.lag is None else [result.lag.words()]),
         ]
     found = [
-        words
-        for words in _detections_to_state(result).sentences()
+        item.sentence
+        for item in _detections_to_state(result).statements()
         # The first sentence states the detection already.
-        if result.decision.seen is None or not words.endswith(result.decision.seen[1:] + ".")
+        if item.words is None or item.words != result.decision.seen
     ]
     if result.verdict == "unknown" and result.decision.look_alikes:
         lacking = "; ".join(
