@@ -14,6 +14,7 @@ from arctrue.workbench.effects.base import (
     SearchParameter,
 )
 from arctrue.workbench.effects.conditions import one_speed
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 
@@ -49,7 +50,7 @@ class Vibration(Effect):
     search = (SearchParameter("frequency", "Hz", 0.1, 2000.0, "frequency of the oscillation"),)
 
     def missing(self, observations: Observations) -> list[str]:
-        return [] if observations.capture is not None else ["a capture of both heads"]
+        return [] if observations.capture is not None else [lacking_capture()]
 
     def variety(self, observations: Observations) -> list[str]:
         return one_speed(observations)
