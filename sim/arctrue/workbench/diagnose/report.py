@@ -16,6 +16,7 @@ from arctrue.workbench.diagnose.lack_of_fit import LEAST_EXCESS
 from arctrue.workbench.diagnose.probable import probable
 from arctrue.workbench.diagnose.report_json import with_aliases
 from arctrue.workbench.diagnose.shared_curve import shared_curve
+from arctrue.workbench.effects.parameter import kind_of
 from arctrue.workbench.effects.part_conditions import MOST_RUNS, too_many_runs
 from arctrue.workbench.inference.detectable import Detectable
 
@@ -257,7 +258,7 @@ def size_sentence(item: Candidate) -> str:
         (name, value)
         for name, value in every.items()
         if name not in left_out
-        and not name.endswith("phase")
+        and kind_of(name, value) != "phase"
         and np.isfinite(value.sigma)
         and value.sigma > 0.0
     ]

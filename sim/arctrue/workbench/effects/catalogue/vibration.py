@@ -109,15 +109,19 @@ class Vibration(Effect):
                 float(np.sqrt(np.mean(amplitudes**2))),
                 float(np.sqrt(np.mean(sigma**2) / max(amplitudes.size, 1))),
                 "arcsec",
+                "amplitude",
             ),
         }
         for run, amplitude in enumerate(amplitudes):
             name = observations.run_words(run).replace(" ", "_")
             found[f"{name}_amplitude"] = Parameter(
-                float(amplitude), float(np.mean(sigma[2 * run : 2 * run + 2])), "arcsec"
+                float(amplitude),
+                float(np.mean(sigma[2 * run : 2 * run + 2])),
+                "arcsec",
+                "amplitude",
             )
         if each.size > amplitudes.size:
             found["reference_amplitude"] = Parameter(
-                float(each[-1]), float(np.mean(spread[-2:])), "arcsec"
+                float(each[-1]), float(np.mean(spread[-2:])), "arcsec", "amplitude"
             )
         return found
