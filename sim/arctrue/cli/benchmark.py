@@ -263,7 +263,7 @@ def page(
 ) -> None:
     """Write the scores as a page."""
     from arctrue.report.benchmark_page import benchmark_page
-    from arctrue.report.benchmark_picture import plot_benchmark
+    from arctrue.report.charts.benchmark_picture import plot_benchmark
 
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)
