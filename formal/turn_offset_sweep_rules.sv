@@ -17,7 +17,7 @@ module turn_offset_sweep_rules #(
 
     localparam STEP = 36, PHASE = 12, TURN = 3;
     localparam SWEEP = 18 * LANES;
-    localparam HALF_TURN = 36 * LANES + 24; // REAL_ORDER_COUNTS_A_LANE and REAL_ORDER_COUNTS_BESIDE, halved
+    localparam HALF_TURN = 36 * LANES + 24; // REAL_ORDER_COUNTS_A_LANE and REAL_ORDER_COUNTS_FURTHER, halved
     localparam LANE_BITS = LANES - 1;
     localparam ITEM = 5 + LANE_BITS;
     // Clocks until the memory holds the offset of an item: from the item, and from the first read of a word for it.

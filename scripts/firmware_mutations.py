@@ -334,7 +334,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         f"{_TESTS}/test_console.py::test_version_tells_firmware_gateware_and_chip",
     ),
     Mutation(
-        "an_order_passes_beside_the_others",
+        "an_order_passes_with_the_others",
         "a wrong order is accepted if the set as a whole is right",
         "firmware/application/judge.c",
         "if (*evidence <= -EVIDENCE_ENOUGH || left",
@@ -612,7 +612,7 @@ FIRMWARE_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "test_a_load_that_ends_the_failover_for_nothing_raises_an_alarm",
     ),
     Mutation(
-        "set_beside_a_steep_table",
+        "set_with_a_steep_table",
         "the slope of a set for a missing head is judged without the local table",
         "firmware/application/load_end.c",
         "lanes > load->without.steepest ? lanes : load->without.steepest",

@@ -72,5 +72,5 @@ bool real_lane_move_phase(struct real_lane *lane, double phase_turns, double ang
 
 bool real_lanes_counts_suffice(uint32_t lanes, uint32_t counts_per_rev) {
     return counts_per_rev >=
-           ARCTRUE_REAL_ORDER_COUNTS_A_LANE * lanes + ARCTRUE_REAL_ORDER_COUNTS_BESIDE;
+           ARCTRUE_REAL_ORDER_COUNTS_A_LANE * lanes + ARCTRUE_REAL_ORDER_COUNTS_FURTHER;
 }

@@ -220,9 +220,10 @@ package number_formats_pkg is
   constant TURN_NUMBER_WIDTH          : positive := 24;
 
   -- Smallest number of counts per turn with REAL_ORDERS: REAL_ORDER_COUNTS_A_LANE for each lane that is built, plus
-  -- REAL_ORDER_COUNTS_BESIDE. Then the phase offsets are ready before the next wrap at every speed (turn_offset_sweep).
+  -- REAL_ORDER_COUNTS_FURTHER. Then the phase offsets are ready before the next wrap at every speed
+  -- (turn_offset_sweep).
   constant REAL_ORDER_COUNTS_A_LANE   : positive := 72;
-  constant REAL_ORDER_COUNTS_BESIDE   : positive := 48;
+  constant REAL_ORDER_COUNTS_FURTHER  : positive := 48;
 
   constant TIMESTAMP_WIDTH            : positive := 64;
   constant CLOCK_HZ                   : positive := 100000000;

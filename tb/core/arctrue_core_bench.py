@@ -723,7 +723,7 @@ async def a_reset_of_the_core_does_not_drop_the_line_drivers(dut):
 
 
 @cocotb.test()
-async def instruments_beside_the_table(dut):
+async def external_instruments(dut):
     """An edge of sync_in requests a sample, each sample gives a pulse of trigger_out, an edge of
     probe_in latches the position, and compare_out has a pulse every 64 counts."""
     machine = await prepared(dut)

@@ -15,7 +15,7 @@ SHORTEST = (
     "faults_reach_the_processor",
     "illegal_accesses_are_refused",
     "interrupt_of_a_swap_and_its_ramp",
-    "instruments_beside_the_table",
+    "external_instruments",
 )
 """Names of the tests that run without ``large``.
 

@@ -219,7 +219,7 @@ class Heads:
         return pins
 
 
-class Beside:
+class ExternalInstruments:
     """Simulates external instruments by random edges of sync_in and probe_in."""
 
     def __init__(self, draw: random.Random) -> None:
@@ -237,11 +237,11 @@ class Beside:
 async def note_everything(dut) -> None:
     folder = Path(os.environ["ARCTRUE_EQUAL_FOLDER"])
     draw = random.Random(int(os.environ.get("ARCTRUE_EQUAL_SEED", "1")))
-    master, heads, beside = Master(draw), Heads(draw), Beside(draw)
+    master, heads, instruments = Master(draw), Heads(draw), ExternalInstruments(draw)
     from_netlist = json.loads((folder / "outputs.json").read_text(encoding="utf-8"))
     outputs = [getattr(dut, name) for name in from_netlist]
     constants = ABSENT_HEADS | DNA
-    names = ["reset", *master.inputs, *heads.next_clock(), *beside.next_clock(), *constants]
+    names = ["reset", *master.inputs, *heads.next_clock(), *instruments.next_clock(), *constants]
     drivers = [getattr(dut, name) for name in names]
     inputs: list[list[int]] = []
     noted: list[list[str]] = []
@@ -257,7 +257,7 @@ async def note_everything(dut) -> None:
             master = Master(draw)
         else:
             master.next_clock(accepted)
-        pins = heads.next_clock() | beside.next_clock()
+        pins = heads.next_clock() | instruments.next_clock()
         row = list({"reset": reset, **master.inputs, **pins, **constants}.values())
         for place, value in enumerate(row):
             if value != last[place]:

@@ -156,7 +156,7 @@ def add_database(folder: Path) -> Path:
     return family
 
 
-class Bench:
+class FakeTools:
     """Folder of fake programs, which is the first folder in PATH, and the record of their calls."""
 
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,7 @@ from scripts.bitstream_job import TOPS, Top
 from scripts.bitstream_open import check_contents, check_primitives
 from scripts.netlist import ROOT, ToolError, find_ghdl, find_yosys, write_netlist
 from scripts.resources import Design
-from scripts.tests.device_build.fake_tools import FASM2FRAMES, NEXTPNR, PART, Bench
+from scripts.tests.device_build.fake_tools import FASM2FRAMES, NEXTPNR, PART, FakeTools
 from scripts.tests.device_build.small_top import SMALL_TOP, netlist_of_small_top
 from scripts.tests.synth.tools import tools_missing
 
@@ -24,48 +24,48 @@ SHORTEST_TOPS = ("encoder_source_top",)
 
 
 @pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
-    return Bench(tmp_path, monkeypatch)
+def fakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FakeTools:
+    return FakeTools(tmp_path, monkeypatch)
 
 
-def run(bench: Bench, *more: str) -> int:
-    output = str(bench.folder / "made")
+def run(fakes: FakeTools, *more: str) -> int:
+    output = str(fakes.folder / "made")
     return bitstream.main(["--flow", "open", "--output", output, *more])
 
 
 def test_every_tool_is_called_with_what_the_one_before_made(
-    bench: Bench, capsys: pytest.CaptureFixture[str]
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench.add_open_tools()
-    assert run(bench, "--lanes", "4", "--board", "arty_z7_20") == 0
+    fakes.add_open_tools()
+    assert run(fakes, "--lanes", "4", "--board", "arty_z7_20") == 0
     printed = capsys.readouterr().out
     assert "clock 143.45 MHz" in printed
     assert "estimate" in printed
     assert f"for {PART}" in printed
-    made = bench.folder / "made"
-    (synthesis,) = (call for call in bench.calls("ghdl") if "--synth" in call)
+    made = fakes.folder / "made"
+    (synthesis,) = (call for call in fakes.calls("ghdl") if "--synth" in call)
     assert {"-gLANES=4", "-gFOLD=1"} <= set(synthesis)
     assert synthesis[-1] == "arctrue_zynq_top"
-    (mapping,) = (call[1] for call in bench.calls("yosys") if call[0] == "-p")
+    (mapping,) = (call[1] for call in fakes.calls("yosys") if call[0] == "-p")
     assert mapping.split("; ")[-2] == "delete t:$scopeinfo"
     assert "-flatten" in mapping
-    (placing,) = bench.calls("nextpnr-himbaechel")
+    (placing,) = fakes.calls("nextpnr-himbaechel")
     assert any(word.endswith("constraints/arty_z7_20.xdc") for word in placing)
-    assert len(bench.calls("xc7frames2bit")) == 1
+    assert len(fakes.calls("xc7frames2bit")) == 1
     assert (made / "arctrue.bit").stat().st_size > 4 * 1_010_808
     for log in ("nextpnr.log", "xc7frames2bit.log"):
         assert (made / "reports" / log).exists()
 
 
 @pytest.mark.large
-def test_the_frames_are_the_same_by_a_program_that_is_named(bench: Bench) -> None:
-    bench.add_open_tools()
-    assert run(bench) == 0
-    frames = bench.folder / "made" / "arctrue.frames"
+def test_the_frames_are_the_same_by_a_program_that_is_named(fakes: FakeTools) -> None:
+    fakes.add_open_tools()
+    assert run(fakes) == 0
+    frames = fakes.folder / "made" / "arctrue.frames"
     own = frames.read_text(encoding="ascii").splitlines()[0]
-    bench.monkeypatch.setenv("FASM2FRAMES", str(bench.add("fasm2frames", FASM2FRAMES)))
-    assert run(bench) == 0
-    assert len(bench.calls("fasm2frames")) == 1
+    fakes.monkeypatch.setenv("FASM2FRAMES", str(fakes.add("fasm2frames", FASM2FRAMES)))
+    assert run(fakes) == 0
+    assert len(fakes.calls("fasm2frames")) == 1
     named = frames.read_text(encoding="ascii")
     assert [int(word, 16) for word in re.split("[ ,]", own)] == [
         int(word, 16) for word in re.split("[ ,]", named)
@@ -89,134 +89,136 @@ def test_lanes_are_folded_no_more_than_the_tools_need() -> None:
     ],
 )
 def test_numbers_that_cannot_be_built_are_refused(
-    bench: Bench, capsys: pytest.CaptureFixture[str], asked: list[str], printed: str
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str], asked: list[str], printed: str
 ) -> None:
-    bench.add_open_tools()
+    fakes.add_open_tools()
     with pytest.raises(SystemExit) as ended:
-        run(bench, *asked)
+        run(fakes, *asked)
     assert ended.value.code == 2
     assert printed in capsys.readouterr().err
-    assert not bench.calls_file.exists()
+    assert not fakes.calls_file.exists()
 
 
-def test_nextpnr_xilinx_gets_its_own_options(bench: Bench) -> None:
-    bench.add_open_tools()
-    other = bench.add("nextpnr-xilinx", NEXTPNR)
-    chipdb = bench.folder / "xc7z020.bin"
+def test_nextpnr_xilinx_gets_its_own_options(fakes: FakeTools) -> None:
+    fakes.add_open_tools()
+    other = fakes.add("nextpnr-xilinx", NEXTPNR)
+    chipdb = fakes.folder / "xc7z020.bin"
     chipdb.write_text("chip", encoding="utf-8")
-    bench.monkeypatch.setenv("NEXTPNR", str(other))
-    bench.monkeypatch.setenv("CHIPDB", str(chipdb))
-    assert run(bench) == 0
-    assert bench.calls("nextpnr-himbaechel") == []
-    (call,) = bench.calls("nextpnr-xilinx")
+    fakes.monkeypatch.setenv("NEXTPNR", str(other))
+    fakes.monkeypatch.setenv("CHIPDB", str(chipdb))
+    assert run(fakes) == 0
+    assert fakes.calls("nextpnr-himbaechel") == []
+    (call,) = fakes.calls("nextpnr-xilinx")
     assert call[call.index("--chipdb") + 1] == str(chipdb)
 
 
-def test_the_encoder_source_is_no_core(bench: Bench) -> None:
-    bench.add_open_tools()
-    bench.monkeypatch.setenv("FAKE_CELLS", "BUFG LUT2")
-    bench.monkeypatch.setenv("FAKE_ASKED_MHZ", "125")
-    assert run(bench, "--top", "encoder_source_top", "--board", "encoder_source") == 0
-    (synthesis,) = (call for call in bench.calls("ghdl") if "--synth" in call)
+def test_the_encoder_source_is_no_core(fakes: FakeTools) -> None:
+    fakes.add_open_tools()
+    fakes.monkeypatch.setenv("FAKE_CELLS", "BUFG LUT2")
+    fakes.monkeypatch.setenv("FAKE_ASKED_MHZ", "125")
+    assert run(fakes, "--top", "encoder_source_top", "--board", "encoder_source") == 0
+    (synthesis,) = (call for call in fakes.calls("ghdl") if "--synth" in call)
     assert synthesis[-1] == "encoder_source_top"
     assert not [word for word in synthesis if word.startswith("-g")]
-    (placing,) = bench.calls("nextpnr-himbaechel")
+    (placing,) = fakes.calls("nextpnr-himbaechel")
     assert placing[placing.index("--freq") + 1] == "125"
     assert "--seed" not in placing
     assert "--placer-heap-timingweight" not in placing
 
 
-def test_another_placement_is_that_of_another_seed(bench: Bench) -> None:
-    bench.add_open_tools()
-    assert run(bench, "--seed", "7") == 0
-    (placing,) = bench.calls("nextpnr-himbaechel")
+def test_another_placement_is_that_of_another_seed(fakes: FakeTools) -> None:
+    fakes.add_open_tools()
+    assert run(fakes, "--seed", "7") == 0
+    (placing,) = fakes.calls("nextpnr-himbaechel")
     assert placing[placing.index("--seed") + 1] == "7"
     assert placing[placing.index("--placer-heap-timingweight") + 1] == "50"
     assert "--tmg-ripup" in placing
 
 
-def test_a_slow_clock_fails(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
-    bench.add_open_tools()
-    bench.monkeypatch.setenv("FAKE_MHZ", "99.99")
+def test_a_slow_clock_fails(fakes: FakeTools, capsys: pytest.CaptureFixture[str]) -> None:
+    fakes.add_open_tools()
+    fakes.monkeypatch.setenv("FAKE_MHZ", "99.99")
     # nextpnr then ends with an error, or without an error if an option permits this; the flow must
     # fail in both cases.
     for code in ("1", "0"):
-        bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", code)
-        assert run(bench) == 1
+        fakes.monkeypatch.setenv("FAKE_NEXTPNR_CODE", code)
+        assert run(fakes) == 1
         error = capsys.readouterr().err
         assert "the timing is not met" in error
         assert "99.99 MHz" in error
-        assert not (bench.folder / "made" / "arctrue.bit").exists()
-    assert bench.calls("xc7frames2bit") == []
+        assert not (fakes.folder / "made" / "arctrue.bit").exists()
+    assert fakes.calls("xc7frames2bit") == []
 
 
-def test_data_that_change_too_early_fail(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
+def test_data_that_change_too_early_fail(
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
+) -> None:
     """The flow fails if nextpnr reports a hold violation, although nextpnr ends without an
     error."""
-    bench.add_open_tools()
-    bench.monkeypatch.setenv("FAKE_HOLD", "-0.02 -0.05")
-    assert run(bench) == 1
+    fakes.add_open_tools()
+    fakes.monkeypatch.setenv("FAKE_HOLD", "-0.02 -0.05")
+    assert run(fakes) == 1
     error = capsys.readouterr().err
     assert "2 hold violations, the worst -0.05 ns at core.memory-0.05.DIADI13" in error
     assert "make bitstream FLOW=open SEED=N" in error
-    assert bench.calls("xc7frames2bit") == []
+    assert fakes.calls("xc7frames2bit") == []
 
 
 def test_a_placement_that_is_too_slow_is_followed_by_another(
-    bench: Bench, capsys: pytest.CaptureFixture[str]
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench.add_open_tools()
-    bench.monkeypatch.setenv("FAKE_SLOW_SEEDS", "none 2")
-    assert run(bench) == 0
-    seeds = [call[call.index("--seed") + 1] for call in bench.calls("nextpnr-himbaechel")[1:]]
+    fakes.add_open_tools()
+    fakes.monkeypatch.setenv("FAKE_SLOW_SEEDS", "none 2")
+    assert run(fakes) == 0
+    seeds = [call[call.index("--seed") + 1] for call in fakes.calls("nextpnr-himbaechel")[1:]]
     assert seeds == ["2", "3"]
     said = capsys.readouterr().out
     assert said.count("below 100 MHz") == 2
     assert "The next placement is that of seed 3." in said
 
 
-def test_a_seed_that_was_asked_for_is_the_only_one(bench: Bench) -> None:
-    bench.add_open_tools()
-    bench.monkeypatch.setenv("FAKE_SLOW_SEEDS", "7")
-    assert run(bench, "--seed", "7") == 1
-    assert len(bench.calls("nextpnr-himbaechel")) == 1
+def test_a_seed_that_was_asked_for_is_the_only_one(fakes: FakeTools) -> None:
+    fakes.add_open_tools()
+    fakes.monkeypatch.setenv("FAKE_SLOW_SEEDS", "7")
+    assert run(fakes, "--seed", "7") == 1
+    assert len(fakes.calls("nextpnr-himbaechel")) == 1
 
 
 def test_a_tool_that_fails_is_named_with_the_end_of_its_log(
-    bench: Bench, capsys: pytest.CaptureFixture[str]
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench.add_open_tools()
-    bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", "3")
-    assert run(bench) == 2
+    fakes.add_open_tools()
+    fakes.monkeypatch.setenv("FAKE_NEXTPNR_CODE", "3")
+    assert run(fakes) == 2
     assert "nextpnr-himbaechel failed. The end of" in capsys.readouterr().err
-    bench.monkeypatch.setenv("FAKE_NEXTPNR_CODE", "0")
-    bench.add("xc7frames2bit", "print('no such part'); sys.exit(1)")
-    assert run(bench) == 2
+    fakes.monkeypatch.setenv("FAKE_NEXTPNR_CODE", "0")
+    fakes.add("xc7frames2bit", "print('no such part'); sys.exit(1)")
+    assert run(fakes) == 2
     assert "no such part" in capsys.readouterr().err
-    bench.monkeypatch.setenv("FAKE_FASM", "PSS2_X1.PS7.OTHER")
-    assert run(bench) == 2
+    fakes.monkeypatch.setenv("FAKE_FASM", "PSS2_X1.PS7.OTHER")
+    assert run(fakes) == 2
     error = capsys.readouterr().err
     assert "1 features are not in" in error
     assert "arctrue.tied.fasm:2: PSS2_X1.PS7.OTHER" in error
 
 
 def test_a_placement_without_timing_is_refused(
-    bench: Bench, capsys: pytest.CaptureFixture[str]
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench.add_open_tools()
-    bench.add("nextpnr-himbaechel", "open(arguments[arguments.index('-o') + 3][5:], 'w')")
-    assert run(bench) == 2
+    fakes.add_open_tools()
+    fakes.add("nextpnr-himbaechel", "open(arguments[arguments.index('-o') + 3][5:], 'w')")
+    assert run(fakes) == 2
     assert "timed no clock" in capsys.readouterr().err
 
 
 def test_a_netlist_without_the_processor_is_refused(
-    bench: Bench, capsys: pytest.CaptureFixture[str]
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench.add_open_tools()
-    bench.monkeypatch.setenv("FAKE_CELLS", "BUFG LUT2")
-    assert run(bench) == 2
+    fakes.add_open_tools()
+    fakes.monkeypatch.setenv("FAKE_CELLS", "BUFG LUT2")
+    assert run(fakes) == 2
     assert "expected 1 PS7, found 0" in capsys.readouterr().err
-    assert bench.calls("nextpnr-himbaechel") == []
+    assert fakes.calls("nextpnr-himbaechel") == []
 
 
 @pytest.mark.parametrize(
@@ -229,22 +231,22 @@ def test_a_netlist_without_the_processor_is_refused(
     ],
 )
 def test_a_bitstream_of_another_chip_is_refused(
-    bench: Bench, capsys: pytest.CaptureFixture[str], variable: str, value: str, printed: str
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str], variable: str, value: str, printed: str
 ) -> None:
-    bench.add_open_tools()
-    bench.monkeypatch.setenv(variable, value)
-    assert run(bench) == 2
+    fakes.add_open_tools()
+    fakes.monkeypatch.setenv(variable, value)
+    assert run(fakes) == 2
     assert printed in capsys.readouterr().err
 
 
 def test_all_that_is_missing_is_named_at_once(
-    bench: Bench, capsys: pytest.CaptureFixture[str]
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench.monkeypatch.setenv("GHDL_NETLIST", "no-such-ghdl")
-    bench.monkeypatch.setenv("YOSYS", "no-such-yosys")
-    bench.monkeypatch.setenv("XC7FRAMES2BIT", "no-such-program")
-    bench.monkeypatch.delenv("PRJXRAY_DB_DIR", raising=False)
-    assert run(bench) == 2
+    fakes.monkeypatch.setenv("GHDL_NETLIST", "no-such-ghdl")
+    fakes.monkeypatch.setenv("YOSYS", "no-such-yosys")
+    fakes.monkeypatch.setenv("XC7FRAMES2BIT", "no-such-program")
+    fakes.monkeypatch.delenv("PRJXRAY_DB_DIR", raising=False)
+    assert run(fakes) == 2
     error = capsys.readouterr().err
     for printed in (
         "nextpnr-himbaechel or nextpnr-himbaechel-xilinx or nextpnr-xilinx is not on PATH",
@@ -258,28 +260,30 @@ def test_all_that_is_missing_is_named_at_once(
         assert printed in error, printed
 
 
-def test_missing_databases_are_named(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
-    bench.add_open_tools()
-    bench.monkeypatch.setenv("NEXTPNR", str(bench.add("nextpnr-xilinx", NEXTPNR)))
-    bench.monkeypatch.setenv("PRJXRAY_DB_DIR", str(bench.folder))
-    assert run(bench) == 2
+def test_missing_databases_are_named(fakes: FakeTools, capsys: pytest.CaptureFixture[str]) -> None:
+    fakes.add_open_tools()
+    fakes.monkeypatch.setenv("NEXTPNR", str(fakes.add("nextpnr-xilinx", NEXTPNR)))
+    fakes.monkeypatch.setenv("PRJXRAY_DB_DIR", str(fakes.folder))
+    assert run(fakes) == 2
     error = capsys.readouterr().err
     assert "CHIPDB is not set: nextpnr-xilinx needs the chip's database" in error
     assert f"does not know the part {PART}" in error
-    bench.monkeypatch.setenv("CHIPDB", "no.bin")
-    assert run(bench) == 2
+    fakes.monkeypatch.setenv("CHIPDB", "no.bin")
+    assert run(fakes) == 2
     assert "CHIPDB=no.bin: there is no such file" in capsys.readouterr().err
 
 
-def test_bad_pins_stop_before_any_tool(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
-    bench.add_open_tools()
-    assert run(bench, "--board", "none") == 2
+def test_bad_pins_stop_before_any_tool(
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fakes.add_open_tools()
+    assert run(fakes, "--board", "none") == 2
     assert "there is no pin file for the board none; there are arty" in capsys.readouterr().err
-    pins = bench.folder / "pins.xdc"
+    pins = fakes.folder / "pins.xdc"
     pins.write_text("set_property LOC Y18 [get_ports head1_a]\n", encoding="utf-8")
-    assert run(bench, "--pins", str(pins)) == 2
+    assert run(fakes, "--pins", str(pins)) == 2
     assert "port head1_a has no IOSTANDARD" in capsys.readouterr().err
-    assert not bench.calls_file.exists()
+    assert not fakes.calls_file.exists()
 
 
 def test_the_makefile_hands_its_variables_on() -> None:

@@ -194,8 +194,8 @@ def last_written(words: dict[int, int], address: int) -> int:
     found = 0
     for depth, first, bits in ((16, 0, 16), (64, 16, 6), (128, 22, 2)):
         mask = (1 << bits) - 1 << first
-        alike = [word for place, word in words.items() if (place - address) // 4 % depth == 0]
-        found |= alike[-1] & mask
+        same = [word for place, word in words.items() if (place - address) // 4 % depth == 0]
+        found |= same[-1] & mask
     return found
 
 

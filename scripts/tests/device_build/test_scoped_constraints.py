@@ -16,7 +16,7 @@ from scripts import bitstream
 from scripts.bitstream_constraints import ports_of
 from scripts.bitstream_job import TOPS
 from scripts.netlist import ROOT, sources_of
-from scripts.tests.device_build.fake_tools import VIVADO, Bench
+from scripts.tests.device_build.fake_tools import VIVADO, FakeTools
 from scripts.tests.device_build.vivado_netlist import (
     Cell,
     cells_of,
@@ -68,9 +68,9 @@ def run(
     sources."""
     tclsh = shutil.which("tclsh")
     assert tclsh, "tclsh is missing: apt-get install tcl"
-    bench = Bench(folder, monkeypatch)
-    bench.set_path(os.path.dirname(tclsh))  # noqa: PTH120
-    bench.add("vivado", VIVADO)
+    fakes = FakeTools(folder, monkeypatch)
+    fakes.set_path(os.path.dirname(tclsh))  # noqa: PTH120
+    fakes.add("vivado", VIVADO)
     cells = list(cells_of(change(texts_of(sources_of(top))), top))
     netlist = folder / "netlist"
     write_netlist(netlist, cells, ports_of(top))

@@ -13,17 +13,17 @@ from scripts import bitstream
 from scripts.bitstream_job import in_order_of_use
 from scripts.bitstream_vivado import SCRIPT
 from scripts.netlist import ToolError, sources_of
-from scripts.tests.device_build.fake_tools import VIVADO, Bench
+from scripts.tests.device_build.fake_tools import VIVADO, FakeTools
 
 PRELUDE = Path(__file__).with_name("vivado_prelude.tcl")
 STEPS = ["synth_design", "opt_design", "place_design", "route_design", "write_bitstream"]
 
 
 @pytest.fixture
-def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
+def fakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FakeTools:
     tclsh = shutil.which("tclsh")
     assert tclsh, "tclsh is missing: apt-get install tcl"
-    made = Bench(tmp_path, monkeypatch)
+    made = FakeTools(tmp_path, monkeypatch)
     made.set_path(os.path.dirname(tclsh))  # noqa: PTH120
     made.add("vivado", VIVADO)
     monkeypatch.setenv("FAKE_VIVADO_PRELUDE", str(PRELUDE))
@@ -31,23 +31,23 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
     return made
 
 
-def run(bench: Bench, *more: str) -> int:
-    return bitstream.main(["--output", str(bench.folder / "made"), *more])
+def run(fakes: FakeTools, *more: str) -> int:
+    return bitstream.main(["--output", str(fakes.folder / "made"), *more])
 
 
-def commands(bench: Bench) -> list[list[str]]:
-    lines = (bench.folder / "commands").read_text(encoding="utf-8").splitlines()
+def commands(fakes: FakeTools) -> list[list[str]]:
+    lines = (fakes.folder / "commands").read_text(encoding="utf-8").splitlines()
     return [line.split() for line in lines]
 
 
-def test_the_steps_in_their_order(bench: Bench, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(bench, "--lanes", "8", "--capture-depth", "1024") == 0
+def test_the_steps_in_their_order(fakes: FakeTools, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(fakes, "--lanes", "8", "--capture-depth", "1024") == 0
     printed = capsys.readouterr().out
     assert "worst setup slack 0.125 ns, worst hold slack 0.125 ns" in printed
-    (call,) = bench.calls("vivado")
+    (call,) = fakes.calls("vivado")
     assert call[:2] == ["-mode", "batch"]
     assert call[call.index("-source") + 1] == str(SCRIPT)
-    noted = commands(bench)
+    noted = commands(fakes)
     names = [words[0] for words in noted]
     assert [name for name in names if name in STEPS] == STEPS
     synthesis = noted[names.index("synth_design")]
@@ -72,30 +72,30 @@ def test_the_steps_in_their_order(bench: Bench, capsys: pytest.CaptureFixture[st
         ("input_synchroniser", "reset_release"),
     ):
         assert units.index(first) < units.index(later)
-    reports = bench.folder / "made" / "reports"
+    reports = fakes.folder / "made" / "reports"
     assert {"timing.rpt", "utilization.rpt", "cdc.rpt", "drc.rpt"} <= {
         path.name for path in reports.iterdir()
     }
 
 
-def test_rotation_reaches_the_synthesis(bench: Bench) -> None:
+def test_rotation_reaches_the_synthesis(fakes: FakeTools) -> None:
     """The flow passes ROTATION to Vivado's synthesis; Vivado expects quotation marks around the
     value of a string generic."""
-    assert run(bench, "--rotation", "table") == 0
-    (synthesis,) = (words for words in commands(bench) if words[0] == "synth_design")
+    assert run(fakes, "--rotation", "table") == 0
+    (synthesis,) = (words for words in commands(fakes) if words[0] == "synth_design")
     assert synthesis[synthesis.index('ROTATION="table"') - 1] == "-generic"
 
 
-def test_heads_choose_the_top_and_its_pins(bench: Bench) -> None:
+def test_heads_choose_the_top_and_its_pins(fakes: FakeTools) -> None:
     """HEADS of 3 and 4 choose the top level and the pin files of all heads; MEAN is a boolean."""
-    assert run(bench, "--heads", "3") == 0
-    noted = commands(bench)
+    assert run(fakes, "--heads", "3") == 0
+    noted = commands(fakes)
     (synthesis,) = (words for words in noted if words[0] == "synth_design")
     assert synthesis[synthesis.index("-top") + 1] == "arctrue_zynq_heads_top"
     assert synthesis[synthesis.index("HEADS=3") - 1] == "-generic"
     assert ["set_property", "LOC", "V17", "get_ports"] in noted
-    assert run(bench, "--heads", "2", "--mean", "true") == 0
-    *_, synthesis = (words for words in commands(bench) if words[0] == "synth_design")
+    assert run(fakes, "--heads", "2", "--mean", "true") == 0
+    *_, synthesis = (words for words in commands(fakes) if words[0] == "synth_design")
     assert synthesis[synthesis.index("-top") + 1] == "arctrue_zynq_top"
     assert synthesis[synthesis.index("MEAN=true") - 1] == "-generic"
     assert not [word for word in synthesis if word.startswith("HEADS")]
@@ -109,10 +109,10 @@ def test_heads_choose_the_top_and_its_pins(bench: Bench) -> None:
     ],
 )
 def test_heads_that_cannot_be_built_are_refused(
-    bench: Bench, capsys: pytest.CaptureFixture[str], words: list[str], expected: str
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str], words: list[str], expected: str
 ) -> None:
     with pytest.raises(SystemExit):
-        run(bench, *words)
+        run(fakes, *words)
     assert expected in capsys.readouterr().err
 
 
@@ -128,41 +128,41 @@ def test_heads_that_cannot_be_built_are_refused(
     ],
 )
 def test_timing_that_is_not_met_fails(
-    bench: Bench, capsys: pytest.CaptureFixture[str], variable: str, value: str, printed: str
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str], variable: str, value: str, printed: str
 ) -> None:
-    bench.monkeypatch.setenv(variable, value)
-    assert run(bench) == 1
+    fakes.monkeypatch.setenv(variable, value)
+    assert run(fakes) == 1
     error = capsys.readouterr().err
     assert "the timing is not met" in error
     assert printed in error
-    assert "write_bitstream" not in [words[0] for words in commands(bench)]
-    assert not (bench.folder / "made" / "arctrue.bit").exists()
-    assert (bench.folder / "made" / "reports" / "timing.rpt").exists()
+    assert "write_bitstream" not in [words[0] for words in commands(fakes)]
+    assert not (fakes.folder / "made" / "arctrue.bit").exists()
+    assert (fakes.folder / "made" / "reports" / "timing.rpt").exists()
 
 
 def test_a_failure_shows_the_end_of_the_log(
-    bench: Bench, capsys: pytest.CaptureFixture[str]
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench.monkeypatch.setenv("FAKE_FAILURE", "synth")
-    assert run(bench) == 2
+    fakes.monkeypatch.setenv("FAKE_FAILURE", "synth")
+    assert run(fakes) == 2
     error = capsys.readouterr().err
     assert "Vivado failed. The end of" in error
     assert "[Synth 8-27] fake failure" in error
 
 
 def test_a_bitstream_of_another_chip_is_refused(
-    bench: Bench, capsys: pytest.CaptureFixture[str]
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    bench.monkeypatch.setenv("FAKE_IDCODE", "23722093")
-    assert run(bench) == 2
+    fakes.monkeypatch.setenv("FAKE_IDCODE", "23722093")
+    assert run(fakes) == 2
     assert "expected the code 0x03727093" in capsys.readouterr().err
 
 
 def test_without_vivado_the_command_says_what_to_do(
-    bench: Bench, capsys: pytest.CaptureFixture[str]
+    fakes: FakeTools, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (bench.programs / "vivado").unlink()
-    assert run(bench) == 2
+    (fakes.programs / "vivado").unlink()
+    assert run(fakes) == 2
     error = capsys.readouterr().err
     assert "vivado is not on PATH" in error
     assert "VIVADO=/path/to/vivado" in error

@@ -115,7 +115,7 @@ def test_delay_of_a_path_is_the_sum_of_its_parts(tmp_path: Path) -> None:
     assert crowded_registers(netlist, netlist.reached()) == []
 
 
-def test_no_wire_from_a_lut_to_the_multiplexer_beside_it(tmp_path: Path) -> None:
+def test_no_wire_from_a_lut_to_the_multiplexer_next_to_it(tmp_path: Path) -> None:
     lut = cell("LUT1", {"I0": [10]}, {"O": [11]})
     multiplexer = cell("MUXF7", {"I0": [11], "I1": ["0"], "S": ["0"]}, {"O": [12]})
     netlist = read(tmp_path, [flip_flop(99, 10), lut, multiplexer, flip_flop(12, 50)], {})

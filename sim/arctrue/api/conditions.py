@@ -12,6 +12,7 @@ import numpy as np
 
 from arctrue.api.model import Model
 from arctrue.base.similar import did_you_mean
+from arctrue.workbench.effects.parameter import Parameter, kind_of
 from arctrue.workbench.inference.constrained import Condition, ConditionError
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit as fit_terms
@@ -127,38 +128,38 @@ def wanted_of(
 
     Raises ValueError for an unknown name or a value that no parameter can have.
     """
-    units = {name: item.unit for name, item in solution.named_parameters().items()}
+    known = solution.named_parameters()
     found = Wanted()
     for name, given in _fixed_values(model, fix).items():
-        value = _number(f"fix {name}", given, _unit(units, name))
-        _require_possible(f"fix {name}", name, value)
+        value = _number(f"fix {name}", given, _known(known, name).unit)
+        _require_possible(f"fix {name}", name, known[name], value)
         found.fixed.add(name)
         if _is_whole(solution, name):
             found.places[name] = value
         else:
-            found.conditions.append(_equal(name, Constant(value), (name,), units))
+            found.conditions.append(_equal(name, Constant(value), (name,), known))
     for name, sides in _mapping("bounds", "{name: (low, high)}", bounds).items():
-        low, high = _limits(name, sides, _unit(units, name))
-        if _is_phase(name, units) and high - low >= TURN_DEG and math.isfinite(high - low):
+        low, high = _limits(name, sides, _known(known, name))
+        if _is_phase(name, known) and high - low >= TURN_DEG and math.isfinite(high - low):
             continue
         found.limits[name] = (low, high)
         both = math.isfinite(low) and math.isfinite(high)
-        centre = 0.5 * (low + high) if both and _is_phase(name, units) else None
+        centre = 0.5 * (low + high) if both and _is_phase(name, known) else None
         found.conditions += [
             Condition((name,), Side(name, bound, sign, centre), equation=False)
             for bound, sign in ((low, 1.0), (high, -1.0))
             if math.isfinite(bound)
         ]
     for name, tied in _mapping("tie", "{name: other name}", tie).items():
-        _unit(units, name)
+        _known(known, name)
         if callable(tied):
-            found.conditions.append(_equal(name, UsersFunction(name, tied), tuple(units), units))
+            found.conditions.append(_equal(name, UsersFunction(name, tied), tuple(known), known))
             continue
         other, factor = _other(name, tied)
-        _unit(units, other)
+        _known(known, other)
         if other == name:
             raise ValueError(f"tie of {name}: expected another parameter, found the same")
-        found.conditions.append(_equal(name, Multiple(other, factor), (name, other), units))
+        found.conditions.append(_equal(name, Multiple(other, factor), (name, other), known))
     return found
 
 
@@ -185,17 +186,17 @@ def _within_half_a_turn(angle_deg: float) -> float:
     return float(np.remainder(angle_deg + 0.5 * TURN_DEG, TURN_DEG) - 0.5 * TURN_DEG)
 
 
-def _is_phase(name: str, units: Mapping[str, str]) -> bool:
-    return units[name] == "deg" and name.endswith("phase")
+def _is_phase(name: str, known: Mapping[str, Parameter]) -> bool:
+    return kind_of(name, known[name]) == "phase"
 
 
-def _unit(units: Mapping[str, str], name: Any) -> str:
-    """Return the unit of a parameter. Raises ValueError for an unknown name."""
-    if name not in units:
+def _known(known: Mapping[str, Parameter], name: Any) -> Parameter:
+    """Return a parameter. Raises ValueError for an unknown name."""
+    if name not in known:
         raise ValueError(
-            f"no parameter {name!r}.{did_you_mean(str(name), units)} There are: {', '.join(units)}"
+            f"no parameter {name!r}.{did_you_mean(str(name), known)} There are: {', '.join(known)}"
         )
-    return units[name]
+    return known[name]
 
 
 def _number(place: str, given: Any, unit: str) -> float:
@@ -213,26 +214,26 @@ def _number(place: str, given: Any, unit: str) -> float:
     return value
 
 
-def _require_possible(place: str, name: str, value: float) -> None:
-    if name.endswith("amplitude") and value < 0.0:
+def _require_possible(place: str, name: str, parameter: Parameter, value: float) -> None:
+    if kind_of(name, parameter) == "amplitude" and value < 0.0:
         raise ValueError(
             f"{place}: expected 0 or more, found {value:g}; an amplitude has no sign; "
             "shift the phase by 180° instead"
         )
 
 
-def _limits(name: str, sides: Any, unit: str) -> tuple[float, float]:
+def _limits(name: str, sides: Any, parameter: Parameter) -> tuple[float, float]:
     """Return the bounds of a parameter, infinite where they are None. Raises ValueError."""
     place = f"bounds of {name}"
     if isinstance(sides, str) or not isinstance(sides, Iterable) or len(both := list(sides)) != 2:
         raise ValueError(f"{place}: expected (low, high), None on an open side, found {sides!r}")
     low, high = (
-        end if side is None or _is_end(side, end) else _number(place, side, unit)
+        end if side is None or _is_end(side, end) else _number(place, side, parameter.unit)
         for side, end in zip(both, (-math.inf, math.inf), strict=True)
     )
     if low > high:
         raise ValueError(f"{place}: expected low <= high, found {low:g} and {high:g}")
-    _require_possible(place, name, high)
+    _require_possible(place, name, parameter, high)
     return low, high
 
 
@@ -264,11 +265,11 @@ def _equal(
     name: str,
     wanted: Callable[[Mapping[str, float]], float],
     names: tuple[str, ...],
-    units: Mapping[str, str],
+    known: Mapping[str, Parameter],
 ) -> Condition:
     """Require that ``name`` equals the value of ``wanted``."""
     every = names if names[:1] == (name,) else (name, *names)
-    return Condition(every, Difference(name, wanted, _is_phase(name, units)))
+    return Condition(every, Difference(name, wanted, _is_phase(name, known)))
 
 
 def _fixed_values(model: Model, fix: Fixes) -> Mapping[str, Any]:

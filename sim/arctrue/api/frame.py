@@ -160,16 +160,16 @@ def _places(frame: Frame, columns: Mapping[str, str]) -> dict[str, str]:
     for quantity in of_set:
         if quantity in found:
             continue
-        alike = [c for c in frame.columns if c not in found.values() and _means(c, quantity)]
-        if len(alike) > 1:
+        candidates = [c for c in frame.columns if c not in found.values() and _means(c, quantity)]
+        if len(candidates) > 1:
             raise _fault(
                 frame,
                 quantity,
-                f"may be any of {', '.join(alike)}: state which, columns={{'{quantity}': "
-                f"'{alike[0]}'}}",
+                f"may be any of {', '.join(candidates)}: state which, columns={{'{quantity}': "
+                f"'{candidates[0]}'}}",
             )
-        if alike:
-            found[quantity] = alike[0]
+        if candidates:
+            found[quantity] = candidates[0]
     for quantity in REQUIRED[frame.name]:
         if quantity not in found:
             raise _fault(

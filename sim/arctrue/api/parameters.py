@@ -37,10 +37,7 @@ class Profiles:
         name = parameter.name
         if name not in self._found:
             own = [one for one in self.fit.conditions if one.equation or one.names != (name,)]
-            low, high = self.limits.get(name, (-np.inf, np.inf))
-            if parameter.unit == "deg" and name.endswith("phase") and np.isfinite(high - low):
-                turns = round((0.5 * (low + high) - parameter.value) / 360.0)
-                low, high = low - 360.0 * turns, high - 360.0 * turns
+            limits = self.limits.get(name, (-np.inf, np.inf))
             fit = replace(
                 self.fit,
                 conditions=tuple(own),
@@ -48,7 +45,7 @@ class Profiles:
                 if parameter.state == "at_bound"
                 else self.fit.covariance,
             )
-            self._found[name] = Profile(fit, name, (low, high))
+            self._found[name] = Profile(fit, name, limits)
         return self._found[name]
 
 

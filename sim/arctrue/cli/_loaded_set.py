@@ -229,7 +229,7 @@ def load(
         except ValueError as error:
             raise ModelFileError(f"{model_file}: effect[{number}]: {error}") from error
     with Progress("reading the measurement set") as progress:
-        measurement = read_measurement_set(measurement_set, progress=progress.read)
+        measurement = read_measurement_set(measurement_set, report_bytes=progress.read)
         SHOW_ROWS.set(progress.rows)
         observations = observations_of(
             measurement,

@@ -114,7 +114,9 @@ def run(
             "sines and cosines round differently here (arctrue benchmark sets compares all sets)"
         )
     with CampaignBar("sets") as bar:
-        done = campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
+        done = campaign.run(
+            workers=workers, scheduler=scheduler, shard=shard, report_speed=bar.show
+        )
     console.print(f"{done} sets are done: {campaign.folder}", soft_wrap=True)
 
 
@@ -227,7 +229,7 @@ def bound(
 
     campaign = bound_campaign(folder, effects or tuple(INJECTIONS), times, samples, seed)
     with CampaignBar("injections") as bar:
-        campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
+        campaign.run(workers=workers, scheduler=scheduler, shard=shard, report_speed=bar.show)
     found = bound_scores((item.task, item.result) for item in read_results([folder]))
     write_json(
         json_file,
@@ -261,7 +263,7 @@ def page(
 ) -> None:
     """Write the scores as a page."""
     from arctrue.report.benchmark_page import benchmark_page
-    from arctrue.report.benchmark_picture import plot_benchmark
+    from arctrue.report.charts.benchmark_picture import plot_benchmark
 
     found = score_folders(folders, subject, None)
     header = read_header(folders[0] / subject)

@@ -59,7 +59,8 @@ def error_sources(
     The command also prints the budget of the paper's experiment with a polygon that is mounted anew
     in every cycle, and the E_n score of that experiment against the calibration by two heads.
     """
-    from arctrue.report.error_budget_page import error_budget_page, plot_error_budget, summary
+    from arctrue.report.charts.error_budget_picture import plot_error_budget
+    from arctrue.report.error_budget_page import error_budget_page, summary
     from arctrue.studies.error_budget.drawn import drawn_calibrations
     from arctrue.studies.error_budget.experiment import experiment_budget
     from arctrue.studies.error_budget.sources import error_budget

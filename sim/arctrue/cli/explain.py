@@ -67,7 +67,7 @@ def explain(
                 report_step=progress.now,
             )
         if model_file is not None:
-            comment = [item.sentence() for item in found.alike]
+            comment = [item.sentence() for item in found.similar]
             store(model_file, found.model, loaded.model, measurement_set, folders, comment)
     _print(found)
     if model_file is not None:
@@ -111,7 +111,7 @@ def _print(found: Explanation) -> None:
             f"{figure(found.left.heldout_rms_arcsec.get(channel), 4)}″, noise of the repeats "
             f"{figure(found.left.noise_arcsec[channel], 4)}″"
         )
-    for item in found.alike:
+    for item in found.similar:
         console.print(item.sentence())
     console.print(f"Verdict on the remaining error: {found.verdict.verdict}")
     for sentence in sentences(found.verdict):
@@ -127,7 +127,7 @@ def _data(found: Explanation) -> dict[str, Any]:
             "next_measurement": item.next_measurement,
             "next_measurement_kind": item.next_measurement_kind,
         }
-        for item in found.alike
+        for item in found.similar
     ]
     return {
         "schema": 1,

@@ -73,6 +73,7 @@ def long_run(
         )
     write_json(json_file, found)
     if page_file is not None or out is not None:
-        from arctrue.report.long_run_page import long_run_page, plot_long_run
+        from arctrue.report.charts.long_run_picture import plot_long_run
+        from arctrue.report.long_run_page import long_run_page
 
         write_page(found, page_file, long_run_page, out, plot_long_run)

@@ -49,7 +49,8 @@ def methods(
     _print(found)
     write_json(json_file, found)
     if page_file is not None or out is not None:
-        from arctrue.report.methods_page import methods_page, plot_methods
+        from arctrue.report.charts.methods_picture import plot_methods
+        from arctrue.report.methods_page import methods_page
 
         write_page(found, page_file, methods_page, out, plot_methods)
 

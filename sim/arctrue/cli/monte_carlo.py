@@ -90,7 +90,7 @@ def monte_carlo(
 
     campaign = TrialPlan(trials, seed, turns, runs, samples, method).campaign(folder)
     with CampaignBar("trials") as bar:
-        campaign.run(workers=workers, scheduler=scheduler, shard=shard, progress=bar.show)
+        campaign.run(workers=workers, scheduler=scheduler, shard=shard, report_speed=bar.show)
     results = [(item.task, item.result) for item in read_results([folder])]
     if len(results) < len(campaign.tasks):
         console.print(f"{len(results)} of {len(campaign.tasks)} trials are done", soft_wrap=True)

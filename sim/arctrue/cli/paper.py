@@ -104,7 +104,7 @@ def paper(
             write_whole_text(page_file, paper_page(found))
             console.print(f"wrote {page_file}", soft_wrap=True)
     if out is not None:
-        from arctrue.report.paper_drawings import draw_figures
+        from arctrue.report.charts.paper_drawings import draw_figures
         from arctrue.report.paper_figures import plot_experiment
 
         for path in (plot_experiment(experiments[0], out), *draw_figures(out)):

@@ -46,7 +46,7 @@ def run(scenario_file: Path, lines: int | None, json_file: Path | None, out: Pat
     _print(result)
     write_json(json_file, result.as_json())
     if out is not None:
-        from arctrue.report.scenario_figure import plot_scenario
+        from arctrue.report.charts.scenario_figure import plot_scenario
 
         out.mkdir(parents=True, exist_ok=True)
         picture = out / f"{scenario_file.stem}.svg"

@@ -61,6 +61,7 @@ def stop_and_go(
     console.print(comparison)
     write_json(json_file, found)
     if page_file is not None or out is not None:
-        from arctrue.report.stop_and_go_page import plot_stop_and_go, stop_and_go_page
+        from arctrue.report.charts.stop_and_go_picture import plot_stop_and_go
+        from arctrue.report.stop_and_go_page import stop_and_go_page
 
         write_page(found, page_file, stop_and_go_page, out, plot_stop_and_go)

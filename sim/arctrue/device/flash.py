@@ -12,9 +12,10 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+from arctrue.base.progress import ReportCount
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
 
@@ -107,11 +108,11 @@ def state_of(console: Console) -> FlashState:
     return state
 
 
-def write_image(console: Console, image: bytes, progress: Callable[[int, int], None]) -> FlashState:
+def write_image(console: Console, image: bytes, report_count: ReportCount) -> FlashState:
     """Write a whole BOOT.BIN, and return the state of the flash before the writing.
 
-    ``progress`` receives the number of written bytes and the total number of bytes. A golden image
-    is written first if there is none. Raises FlashRefusedError, ConsoleError.
+    ``report_count`` receives the number of written bytes and the total number of bytes. A golden
+    image is written first if there is none. Raises FlashRefusedError, ConsoleError.
     """
     boot, fabric = parts_of(image)
     state = state_of(console)
@@ -133,10 +134,10 @@ def write_image(console: Console, image: bytes, progress: Callable[[int, int], N
         for first, last in ((CHECKED_LAST, len(data)), (0, CHECKED_LAST)):
             for line in lines_of(data, address, first, last):
                 _send(console, line)
-                progress(done + int(line.split()[2], 16) - address, all_bytes)
+                report_count(done + int(line.split()[2], 16) - address, all_bytes)
             _compare(console, data, address, first, last)
         done += len(data)
-    progress(all_bytes, all_bytes)
+    report_count(all_bytes, all_bytes)
     return state
 
 

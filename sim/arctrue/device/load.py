@@ -12,11 +12,12 @@ from __future__ import annotations
 import struct
 import time
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from arctrue.base.progress import ReportCount
 from arctrue.device.console import Console, ConsoleError
 from arctrue.device.refusal import explained, reason_of
 from arctrue.gateware.capability import Capability
@@ -297,14 +298,14 @@ def _takes_sets(console: Console, frames: Sequence[str]) -> bool:
 def send_coefficients(
     console: Console,
     coefficients: Coefficients,
-    progress: Callable[[int, int], None],
+    report_count: ReportCount,
     *,
     force: bool = False,
     unseen: bool = False,
 ) -> SentSet:
     """Send all frames; after a damaged frame or a missing answer, send all of them again.
 
-    ``progress`` gets the number of sent frames and the number of all frames. ``force`` and
+    ``report_count`` gets the number of sent frames and the number of all frames. ``force`` and
     ``unseen`` are those of :func:`load_frames`. Raises LoadRefusedError if the device refuses the
     set, ConsoleError if it does not answer, and the ValueError of :func:`load_frames`. A core
     without FAILOVER receives no sets for a missing head.
@@ -318,7 +319,7 @@ def send_coefficients(
         try:
             for number, frame in enumerate(frames, start=1):
                 console.command(frame)
-                progress(number, len(frames))
+                report_count(number, len(frames))
         except ConsoleError as error:
             reason = reason_of(error, "load")
             if reason is not None and reason not in _SPOILED:

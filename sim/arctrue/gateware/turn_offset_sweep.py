@@ -12,7 +12,7 @@ from arctrue.generated.number_formats import (
     PHASE_STEP_WIDTH,
     PHASE_WIDTH,
     REAL_ORDER_COUNTS_A_LANE,
-    REAL_ORDER_COUNTS_BESIDE,
+    REAL_ORDER_COUNTS_FURTHER,
     TURN_SWEEP_CLOCKS_A_LANE,
 )
 
@@ -34,7 +34,7 @@ def least_counts(lanes: int) -> int:
     Between two wraps in one direction the angle travels at least half a turn, because a moved zero
     may skip the other half.
     """
-    return REAL_ORDER_COUNTS_A_LANE * lanes + REAL_ORDER_COUNTS_BESIDE
+    return REAL_ORDER_COUNTS_A_LANE * lanes + REAL_ORDER_COUNTS_FURTHER
 
 
 def turn_offsets(

@@ -224,12 +224,12 @@ def _by_common_names(
             base, unit = (column, None) if kind == "whole" else name_and_unit(kind, column)
             if quantity_meant(base, unit_of_time=kind == "time" and unit is not None) == name:
                 meant.setdefault(name, []).append(column)
-    for name, alike in meant.items():
-        if name in columns or name in found or len(alike) > 1:
+    for name, candidates in meant.items():
+        if name in columns or name in found or len(candidates) > 1:
             continue
-        if _may_be(recording, name, alike[0], {*found, *meant}):
-            unit = _unit(recording, name, alike[0], units, choices)
-            found[name] = Source(alike[0], unit, "a common name")
+        if _may_be(recording, name, candidates[0], {*found, *meant}):
+            unit = _unit(recording, name, candidates[0], units, choices)
+            found[name] = Source(candidates[0], unit, "a common name")
 
 
 def _may_be(recording: FileContent, name: str, column: str, others: set[str]) -> bool:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.extras import LazyModule, installed
+from arctrue.base.progress import ReportBytes
 from arctrue.base.read_errors import unreadable
 from arctrue.base.similar import similar
 from arctrue.measurement.errors import MeasurementError
@@ -31,9 +32,6 @@ else:
     pa, pc, pa_csv = map(LazyModule, ("pyarrow", "pyarrow.compute", "pyarrow.csv"))
 
 Columns = dict[str, NDArray[np.int64] | NDArray[np.float64]]
-BytesRead = Callable[[Path, int, int], None]
-"""Function that is called for every block that pyarrow reads, with the file, the bytes read and the
-file's size in bytes."""
 
 BLOCK_BYTES = 8 << 20
 LINES_TOGETHER = 1 << 16
@@ -65,7 +63,8 @@ class CsvFile:
     columns: list[str] = field(default_factory=list)
     header: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
-    progress: BytesRead | None = None
+    report_bytes: ReportBytes | None = None
+    """Function that is called for every block that pyarrow reads."""
     with_conditions: bool = False
     conditions: list[str] = field(default_factory=list)
 
@@ -146,8 +145,8 @@ class CsvFile:
         size = self.path.stat().st_size
         try:
             for number, batch in enumerate(self._batches(cut), start=1):
-                if self.progress is not None:
-                    self.progress(self.path, min(number * BLOCK_BYTES, size), size)
+                if self.report_bytes is not None:
+                    self.report_bytes(self.path, min(number * BLOCK_BYTES, size), size)
                 block = {}
                 for name in self.columns:
                     column = batch.column(name)

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from arctrue.measurement.csv_blocks import BytesRead, Columns, CsvFile
+from arctrue.base.progress import ReportBytes
+from arctrue.measurement.csv_blocks import Columns, CsvFile
 from arctrue.measurement.date import moment
 from arctrue.measurement.description import (
     Channel,
@@ -37,7 +38,7 @@ from arctrue.measurement.wraps import same_turn, unwrapped_counts, without_wraps
 
 
 def read_measurement_set(
-    folder: Path | str, *, progress: BytesRead | None = None
+    folder: Path | str, *, report_bytes: ReportBytes | None = None
 ) -> MeasurementSet:
     """Read a whole measurement set into memory.
 
@@ -47,7 +48,7 @@ def read_measurement_set(
     ----------
     folder : Path or str
         The folder with ``measurement.toml``.
-    progress : callable, optional
+    report_bytes : callable, optional
         Function that is called with file, bytes read and size in bytes for every block that
         pyarrow reads.
 
@@ -72,11 +73,11 @@ def read_measurement_set(
         )
     heads = compared = None
     if capture_path:
-        heads = _capture(description, capture_path, warnings, progress)
+        heads = _capture(description, capture_path, warnings, report_bytes)
         heads = with_mask_file(folder, "capture", capture_path, heads, warnings)
         warnings += of_zero(heads, f"{capture_path}", 2)
     if reference_path:
-        compared = _reference(description, reference_path, warnings, progress)
+        compared = _reference(description, reference_path, warnings, report_bytes)
         compared = with_mask_file(folder, "reference", reference_path, compared, warnings)
         warnings += of_zero(compared, f"{reference_path}", 2)
         warnings += of_opposite_sign(compared, description.keys.table, f"{reference_path}")
@@ -184,10 +185,12 @@ def _require_for_capture(table: Table, path: Path, other: Iterable[str] = ()) ->
 
 
 def _capture(
-    description: Description, path: Path, warnings: list[str], progress: BytesRead | None
+    description: Description, path: Path, warnings: list[str], report_bytes: ReportBytes | None
 ) -> Capture:
     _require_for_capture(description.keys.table, description.path, description.other)
-    file = CsvFile(path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL, progress=progress, with_conditions=True)
+    file = CsvFile(
+        path, CAPTURE_COLUMNS, CAPTURE_OPTIONAL, report_bytes=report_bytes, with_conditions=True
+    )
     columns = _typed(file, _joined(list(_checked_blocks(file))))
     _require_a_place_each(description.keys.table, path, columns, description.path)
     count_on_past_the_turn(description.keys.table, path, columns, warnings)
@@ -270,10 +273,10 @@ def count_on_past_the_turn(
 
 
 def _reference(
-    description: Description, path: Path, warnings: list[str], progress: BytesRead | None
+    description: Description, path: Path, warnings: list[str], report_bytes: ReportBytes | None
 ) -> Reference:
     file = CsvFile(
-        path, REFERENCE_COLUMNS, REFERENCE_OPTIONAL, progress=progress, with_conditions=True
+        path, REFERENCE_COLUMNS, REFERENCE_OPTIONAL, report_bytes=report_bytes, with_conditions=True
     )
     columns = _typed(file, _joined(list(_checked_blocks(file))))
     columns["error_arcsec"], wrapped = without_wraps(columns["error_arcsec"])

@@ -26,7 +26,7 @@ def commissioning_pages(port: str) -> Blueprint:
     work = DeviceCommissioning(port)
 
     def shown(problem: str = "", places: str = "") -> str:
-        found = work.findings
+        found = work.completed
         return render_template(
             "commissioning.html.j2",
             port=port,

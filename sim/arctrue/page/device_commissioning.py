@@ -30,7 +30,7 @@ _MOVEMENT_S = 300.0
 
 
 @dataclass(frozen=True)
-class Findings:
+class CompletedSteps:
     """Results of the completed steps; when a step is repeated, the results of later steps are
     deleted."""
 
@@ -56,7 +56,7 @@ class DeviceCommissioning:
     def __init__(self, port: str) -> None:
         """Store ``port``, the serial port of the device or HOST:PORT of its daemon."""
         self._port = port
-        self.findings = Findings()
+        self.completed = CompletedSteps()
         self.table: list[tuple[str, ...]] = []
         """Latest table of the heads that the device has sent; empty before the first one."""
         self.running = ""
@@ -72,7 +72,7 @@ class DeviceCommissioning:
 
         Raises ValueError for a step whose earlier steps are missing.
         """
-        steps: dict[str, Callable[[Console, Parameters, Findings], Findings]] = {
+        steps: dict[str, Callable[[Console, Parameters, CompletedSteps], CompletedSteps]] = {
             "connection": lambda console, device, _: _connection(console, device, plan_deg),
             "forward": _forward,
             "backward": _backward,
@@ -86,19 +86,21 @@ class DeviceCommissioning:
                 self.running, self.problem = step, ""
                 threading.Thread(target=self._take, args=(self._read_table,), daemon=True).start()
                 return
-            if step not in order or order.index(step) > order.index(self.findings.next_step()):
+            if step not in order or order.index(step) > order.index(self.completed.next_step()):
                 raise ValueError(f"step {step!r} needs the steps before it")
             self.running, self.problem = step, ""
         threading.Thread(target=self._take, args=(steps[step],), daemon=True).start()
 
-    def _read_table(self, console: Console, _: Parameters, before: Findings) -> Findings:
+    def _read_table(
+        self, console: Console, _: Parameters, before: CompletedSteps
+    ) -> CompletedSteps:
         self.table = read_heads_table(console)
         return before
 
-    def _take(self, work: Callable[[Console, Parameters, Findings], Findings]) -> None:
+    def _take(self, work: Callable[[Console, Parameters, CompletedSteps], CompletedSteps]) -> None:
         try:
             with closing(open_console(self._port, lambda _: None)) as console:
-                self.findings = work(console, read_parameters(console), self.findings)
+                self.completed = work(console, read_parameters(console), self.completed)
         except Exception as error:
             self.problem = failure(error)
         self.running = ""
@@ -106,24 +108,24 @@ class DeviceCommissioning:
 
 def _connection(
     console: Console, device: Parameters, plan_deg: tuple[float, ...] | None
-) -> Findings:
+) -> CompletedSteps:
     plan = plan_deg or planned_places(device)
-    return Findings(plan, read_connection(console, device, plan, _MOVEMENT_S))
+    return CompletedSteps(plan, read_connection(console, device, plan, _MOVEMENT_S))
 
 
-def _forward(console: Console, device: Parameters, before: Findings) -> Findings:
+def _forward(console: Console, device: Parameters, before: CompletedSteps) -> CompletedSteps:
     turn = measure_turn(console, device, before.plan_deg, _MOVEMENT_S)
-    return Findings(before.plan_deg, before.connection, turn)
+    return CompletedSteps(before.plan_deg, before.connection, turn)
 
 
-def _backward(console: Console, device: Parameters, before: Findings) -> Findings:
+def _backward(console: Console, device: Parameters, before: CompletedSteps) -> CompletedSteps:
     assert before.forward is not None
     turn = measure_turn(console, device, before.plan_deg, _MOVEMENT_S)
     turned = both_directions(device, before.forward, turn)
     return replace(before, turned=turned, written=False)
 
 
-def _write(console: Console, device: Parameters, before: Findings) -> Findings:
+def _write(console: Console, device: Parameters, before: CompletedSteps) -> CompletedSteps:
     assert before.turned is not None
     write_places(console, tuple(before.turned.places_deg.tolist()))
     if before.turned.skew.head_delays != int(device.get("head_delays", 0.0)):

@@ -9,7 +9,7 @@ from typing import Any
 
 from arctrue.base.units import arcsec_per_count
 from arctrue.generated.number_formats import LANES_DEFAULT
-from arctrue.report.paper_drawings import DRAWINGS, drawing_name
+from arctrue.report.charts.paper_drawings import DRAWINGS, drawing_name
 from arctrue.report.paper_figures import figure_11_name
 
 FULL, COARSE = 1024, 64

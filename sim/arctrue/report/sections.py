@@ -268,9 +268,9 @@ def _card(
 ) -> dict[str, Any]:
     name = item["effect"]
     effect = effects.get(name)
-    alike = [other for other in diagnosis["class"] if other != name]
+    similar = [other for other in diagnosis["class"] if other != name]
     in_class = name in diagnosis["class"]
-    look_alikes = [words(other) for other in alike] if in_class else []
+    look_alikes = [words(other) for other in similar] if in_class else []
     for other, lacking in diagnosis["look_alikes"].items():
         if in_class and other != name:
             look_alikes.append(f"{words(other)} (cannot be tested: {'; '.join(lacking)})")

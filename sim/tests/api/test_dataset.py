@@ -291,7 +291,7 @@ def test_an_hdf5_file_without_the_group_says_which_are_there(tmp_path: Path) -> 
         at.Dataset.from_hdf5(tmp_path / "none.h5", "/a")
 
 
-def test_text_beside_the_numbers_is_left_out_with_a_warning() -> None:
+def test_text_next_to_the_numbers_is_left_out_with_a_warning() -> None:
     data = at.Dataset.from_arrays(reference=changed(remark=["a"] * 48, room=np.arange(48)))
     assert data.reference is not None
     assert list(data.reference.conditions) == ["room"]

@@ -17,7 +17,12 @@ from arctrue.calibration.axis_orbit import axis_orbit
 from arctrue.cli import main
 from arctrue.measurement import Capture, MeasurementSet, Table, write_measurement_set
 from arctrue.metrology.iso230_7 import error_motion
-from arctrue.studies.heads.bench import COUNTS_PER_REV, PLACES_DEG, SPEED_RAD_S, Bench
+from arctrue.studies.heads.self_calibrated_table import (
+    COUNTS_PER_REV,
+    PLACES_DEG,
+    SPEED_RAD_S,
+    SelfCalibratedTable,
+)
 from arctrue.table import DISC_RADIUS_M, Motion
 from arctrue.table.causes.ball_pass import BallPass
 from arctrue.table.causes.radial_motion import RadialMotion
@@ -29,15 +34,15 @@ TURNS = 3
 def test_the_orbit_is_the_motion_of_the_axis() -> None:
     """The orbit's x and y agree with the true motion within their uncertainty: the noise of the
     readings times the norm of a row of the inverse matrix."""
-    bench = replace(Bench(), axis=AXIS)
-    captured = bench.captured(turns=TURNS)
-    estimate = bench.estimate(turns=TURNS)
-    orbit = axis_orbit(captured, estimate.on_disc(), COUNTS_PER_REV, bench.noise_arcsec)
+    table = replace(SelfCalibratedTable(), axis=AXIS)
+    captured = table.captured(turns=TURNS)
+    estimate = table.estimate(turns=TURNS)
+    orbit = axis_orbit(captured, estimate.on_disc(), COUNTS_PER_REV, table.noise_arcsec)
     motion = Motion.steady(
         SPEED_RAD_S, TURNS * 2.0 * np.pi / SPEED_RAD_S + 1.0, start_rad=0.3, ripple_rad=0.002,
         ripple_order=7,
     )  # fmt: skip
-    seconds = np.arange(orbit.angle_rad.size) * (2.0 * np.pi / SPEED_RAD_S / bench.samples_a_turn)
+    seconds = np.arange(orbit.angle_rad.size) * (2.0 * np.pi / SPEED_RAD_S / table.samples_a_turn)
     state = motion.state(seconds)
     shift = np.sum([cause.axis_shift_m(state) for cause in AXIS], axis=0)
     expected = (shift - shift.mean()) / DISC_RADIUS_M * ARCSEC_PER_RAD
@@ -73,14 +78,18 @@ def test_figures_of_a_known_motion() -> None:
 
 
 def test_two_heads_have_no_orbit() -> None:
-    bench = replace(Bench(), places_deg=(0.0, 33.0))
+    table = replace(SelfCalibratedTable(), places_deg=(0.0, 33.0))
     with pytest.raises(ValueError, match="3 heads or more"):
-        axis_orbit(bench.captured(), Bench().estimate().on_disc(), COUNTS_PER_REV, 0.1)
+        axis_orbit(
+            table.captured(), SelfCalibratedTable().estimate().on_disc(), COUNTS_PER_REV, 0.1
+        )
 
 
 def _compared(tmp_path: Path, places_deg: tuple[float, ...]) -> tuple[str, dict[str, Any]]:
     """Return the output of ``arctrue compare`` for a capture of these heads, and its JSON."""
-    captured = replace(Bench(), axis=AXIS, places_deg=places_deg).captured(turns=TURNS)
+    captured = replace(SelfCalibratedTable(), axis=AXIS, places_deg=places_deg).captured(
+        turns=TURNS
+    )
     names = ("head3_counts", "head4_counts")
     heads = dict(zip(names, captured.further_counts, strict=False))
     seconds = np.arange(captured.samples) * (12.0 / 12_000)

@@ -54,7 +54,7 @@ def test_the_transform_needs_every_sample() -> None:
         calibrate(spoiled(masked=True), CalibrationSettings(method="fourier"))
 
 
-def test_a_jump_beside_a_masked_row_is_still_seen() -> None:
+def test_a_jump_next_to_a_masked_row_is_still_found() -> None:
     made = spoiled(masked=True)
     assert made.capture is not None
     heads = made.capture.head2_counts.copy()

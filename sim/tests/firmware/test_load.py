@@ -94,7 +94,7 @@ def left(running: Firmware, disc: Disc = DISC, subdivision: float = SUBDIVISION_
     return float(np.abs(wrong - applied).max())
 
 
-def test_what_is_loaded_is_active_beside_the_calibration(running: Firmware) -> None:
+def test_what_is_loaded_is_active_during_the_calibration(running: Firmware) -> None:
     assert left(running) > SUBDIVISION_ARCSEC
     assert load(running, file_of(SUBDIVISION)) == "ok"
     assert state(running) == "load waiting"

@@ -55,7 +55,7 @@ def last_lane(bank: dict[int, int]) -> list[int]:
     return [bank[first + 4 * word] for word in range(4)]
 
 
-def test_they_come_to_the_last_lanes_beside_the_others(running: Firmware) -> None:
+def test_they_come_to_the_last_lanes_after_the_others(running: Firmware) -> None:
     """The words of the lane and of the condition window equal those of the file; the calibration
     keeps these words."""
     modulators(running)

@@ -479,7 +479,7 @@ def test_sets_with_lanes_that_follow_a_condition_stay_on_the_host() -> None:
     assert Capability(heads=4, mean=True, failover=True).lacking(coefficients.extension.needs) == []
 
 
-def test_the_firmware_refuses_sets_beside_a_lane_of_a_real_order(running: Firmware) -> None:
+def test_the_firmware_refuses_sets_with_a_lane_of_a_real_order(running: Firmware) -> None:
     """The firmware refuses sets for a missing head together with a lane of a non-integer order,
     although no tool sends these frames. A lane of a non-integer order needs a turn step, and a
     prepared set in the gateware has none."""

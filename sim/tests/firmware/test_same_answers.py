@@ -129,7 +129,7 @@ def judged(coefficients: Coefficients) -> str:
         ({"reversal": 0.1, "followed_lanes": 9}, "too_many_lanes"),
     ],
 )
-def test_host_and_firmware_answer_alike(
+def test_host_and_firmware_give_the_same_answers(
     running: Firmware, parts: dict[str, float], expected: str
 ) -> None:
     everything(running)

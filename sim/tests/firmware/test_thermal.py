@@ -140,7 +140,7 @@ def test_a_change_below_the_step_is_not_worth_a_bank(running: Firmware) -> None:
     assert running.application.swaps == swaps + 1
 
 
-def test_the_calibration_goes_on_beside_it(running: Firmware) -> None:
+def test_the_calibration_continues_during_it(running: Firmware) -> None:
     """The calibration follows order 2, which changes, while order 1 follows the temperature."""
     running.send("set keep 0")
     running.thermometer.celsius = 20.9

@@ -590,7 +590,7 @@ def test_a_mark_within_a_count_needs_that_spacing_on_both_sides(width: int) -> N
 
 
 @pytest.mark.parametrize("z_early", [0, 1])
-def test_one_count_of_tremble_beside_the_far_edge_of_a_mark(z_early: int) -> None:
+def test_one_count_of_tremble_next_to_the_far_edge_of_a_mark(z_early: int) -> None:
     """The far edge of a mark does not become the zero if the disc moves up through a mark of 6
     counts, then to and fro by one count, and then on."""
     ways = [1] * 10 + [1] * 7 + [-1, 1] * 3 + [1] * 5

@@ -358,7 +358,7 @@ def place_after_a_heal(start: int, phase_late_clocks: int = 0) -> int:
     return int((place - reading[-1] - lost_places) % 4)
 
 
-def test_an_output_that_starts_beside_a_heal_has_the_levels_of_the_head_in_the_end() -> None:
+def test_an_output_that_starts_during_a_heal_has_the_levels_of_the_head_in_the_end() -> None:
     """The output finally has the levels of the head even if it starts while counts that were put
     back are still in the pipeline."""
     starts = range(HEAL_AT + 1, HEAL_AT + PIPELINE + 40)

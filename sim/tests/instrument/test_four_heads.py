@@ -23,8 +23,8 @@ from arctrue.gateware.coefficients import Coefficients, Extension
 from arctrue.gateware.mean_set import MeanSet
 from arctrue.instrument import HEAD3_A, HEAD3_B, HEAD3_Z, HEAD4_A, HEAD4_B, PinFault
 from arctrue.measurement import read_measurement_set, write_measurement_set
-from arctrue.studies.heads.bench import PLACES_DEG
 from arctrue.studies.heads.device import HeadsDevice
+from arctrue.studies.heads.self_calibrated_table import PLACES_DEG
 from arctrue.studies.heads.shown import BALLS
 from arctrue.studies.revolution.settings import RevolutionSettings
 from arctrue.table import (

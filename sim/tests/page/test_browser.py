@@ -245,7 +245,7 @@ def test_on_a_phone_each_field_of_the_start_page_lies_within_its_part(
     )
 
 
-def test_a_bad_upload_says_why_beside_it(server: str, page: Page, tmp_path: Path) -> None:
+def test_a_bad_upload_says_why_next_to_it(server: str, page: Page, tmp_path: Path) -> None:
     page.goto(server)
     bad = tmp_path / "capture.csv"
     bad.write_text("run,time_s,head1_counts,head2_counts\n0,0.0,five,6\n", encoding="utf-8")

@@ -98,7 +98,7 @@ def test_a_link_to_a_file_outside_is_not_followed(
         ("", b"", "no file was chosen"),
     ],
 )
-def test_a_bad_upload_says_why_beside_it(
+def test_a_bad_upload_says_why_next_to_it(
     client: FlaskClient, tmp_path: Path, name: str, content: bytes, said: str
 ) -> None:
     answer = client.post("/drop", data=sent(name, content))

@@ -107,7 +107,7 @@ def test_steps_outlive_the_server(client: FlaskClient, opened: str, settings: Pa
         assert again.get(f"{after}figure/ladder.json").json == before
 
 
-def test_what_cannot_be_done_is_said_beside_its_button(client: FlaskClient, opened: str) -> None:
+def test_what_cannot_be_done_is_said_next_to_its_button(client: FlaskClient, opened: str) -> None:
     for action, effect, said in (
         ("add", "graduation_harmonics", "the model has graduation_harmonics already"),
         ("add", "drive_gear_error", "cannot be tested with this set: it lacks"),

@@ -256,7 +256,7 @@ PICTURES = {
 shows the command for it."""
 
 
-DRAWINGS = "sim/arctrue/report/paper_drawings.py"
+DRAWINGS = "sim/arctrue/report/charts/paper_drawings.py"
 PICTURES |= {f"paper_fig_{n}.svg": DRAWINGS for n in ("1", *"3456789", "a1", "a2")}
 
 

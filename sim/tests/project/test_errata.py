@@ -134,7 +134,7 @@ def test_phase_of_equation_9_in_all_quadrants() -> None:
         assert left == pytest.approx(0 if spectrum.real > 0 else 2, abs=1e-3)
 
 
-def test_largest_of_the_faces_beside_their_mean_variance() -> None:
+def test_largest_of_the_faces_and_their_mean_variance() -> None:
     faces, cycles = 24, 10
     # Median of the largest of 24 values: a single value is below this median with the probability
     # 0.5^(1/24).

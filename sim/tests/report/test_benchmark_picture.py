@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from arctrue.report.benchmark_picture import confusion_matrix, plot_benchmark
+from arctrue.report.charts.benchmark_picture import confusion_matrix, plot_benchmark
 
 CONFUSION = {
     "flat_track": {"unknown": 2},

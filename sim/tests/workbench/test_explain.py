@@ -127,7 +127,7 @@ def test_what_cannot_be_separated_is_said_with_the_measurement_that_would(tmp_pa
     assert read_model(model).names() == ["graduation_harmonics"]
 
 
-def _verdict(name: str | None, alike: str, measurement: str) -> SimpleNamespace:
+def _verdict(name: str | None, similar: str, measurement: str) -> SimpleNamespace:
     """Return the parts of a diagnosis that ``explain`` reads: the named effect, and an effect that
     looks like it."""
     named = None if name is None else SimpleNamespace(name=name, effect=EFFECTS[name]())
@@ -135,7 +135,7 @@ def _verdict(name: str | None, alike: str, measurement: str) -> SimpleNamespace:
         verdict="adequate" if name is None else "named",
         named=named,
         instead=None,
-        decision=SimpleNamespace(look_alikes={alike: 1.0}, unconfirmed=None),
+        decision=SimpleNamespace(look_alikes={similar: 1.0}, unconfirmed=None),
         effect_class=[] if name is None else [name],
         description=None,
         next_measurement=measurement,
@@ -165,7 +165,7 @@ def test_each_of_two_causes_of_one_name_keeps_its_alternatives(
     found = explain_module.explain(default_model(), observations, EFFECTS, "two lines")
     orders = [cause.entry.search["order"] for cause in found.causes]
     assert orders == pytest.approx([61.8, 37.43], abs=0.02)
-    assert [(item.effects, item.next_measurement) for item in found.alike] == [
+    assert [(item.effects, item.next_measurement) for item in found.similar] == [
         (("periodic_error", "vibration"), "a faster run"),
         (("periodic_error", "hysteresis"), "a run in both directions"),
     ]

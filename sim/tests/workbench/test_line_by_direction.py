@@ -11,8 +11,8 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.candidates import looked_for, regular_candidates
+from arctrue.workbench.diagnose.detections import RegularCause
 from arctrue.workbench.diagnose.diagnosis import diagnose
-from arctrue.workbench.diagnose.findings import RegularCause
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.registry import built_in

@@ -1,4 +1,4 @@
-"""Tests that the findings for two measured machines agree with the statements next to the sets in
+"""Tests that the detections for two measured machines agree with the statements next to the sets in
 docs/data."""
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def test_motor_is_diagnosed_step_by_step_until_nothing_has_a_name(motor: Observa
         if found.named is None and not found.decision.look_alikes:
             break
         first = found.candidates[0]
-        if found.named is not None and found.findings.without(first.regular).causes:
+        if found.named is not None and found.detections.without(first.regular).causes:
             assert any("diagnose again" in sentence for sentence in sentences(found))
         named.append(first.name)
         if "order" in first.nonlinear:

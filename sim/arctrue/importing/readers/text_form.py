@@ -121,8 +121,8 @@ def form_of(path: Path, lines: Sequence[str], settings: ReadSettings, choices: C
     most = max(forms.values())
     best = [form for form, score in forms.items() if score == most]
     by_delimiter = list(dict.fromkeys(form.delimiter for form in best))
-    alike = all(best[0].split(text) == form.split(text) for form in best[1:] for text in data)
-    if len(by_delimiter) > 1 and not alike:
+    equal = all(best[0].split(text) == form.split(text) for form in best[1:] for text in data)
+    if len(by_delimiter) > 1 and not equal:
         given = choices.ask(
             Ambiguous("--delimiter", f"{path}: several separators fit.", [*by_delimiter])
         )

@@ -1,7 +1,7 @@
-"""Makes the figures of the page, of ``arctrue report`` and of the demo's pages; each module makes
-one figure.
+"""Makes the figures of the page, of ``arctrue report`` and of the pages of demo and studies; each
+module makes the figures of one kind.
 
 Each module converts results to a :class:`Chart`, which describes axes with units and the layers
 drawn on them as data. ``matplotlib_chart`` converts a chart to SVG and PNG, ``plotly_chart`` to an
-interactive figure.
+interactive figure. The modules of the studies' pages draw an SVG or PNG directly.
 """

@@ -81,6 +81,10 @@ class Speed:
         return left / self.tasks_per_s if self.tasks_per_s else float("inf")
 
 
+ReportSpeed = Callable[[Speed], None]
+"""Function that receives the progress of a campaign after each batch."""
+
+
 @dataclass(frozen=True)
 class Campaign:
     """Tasks of one kind and the folder of their results.
@@ -131,7 +135,7 @@ class Campaign:
         workers: int | None = None,
         scheduler: str | None = None,
         shard: tuple[int, int] | None = None,
-        progress: Callable[[Speed], None] | None = None,
+        report_speed: ReportSpeed | None = None,
     ) -> int:
         """Do all tasks that have no result yet.
 
@@ -143,7 +147,7 @@ class Campaign:
             Address of a Dask scheduler that is used in place of a pool.
         shard : (int, int), optional
             (i, n): every n-th task from the i-th on, 1 ≤ i ≤ n.
-        progress : callable, optional
+        report_speed : callable, optional
             Function that is called with a :class:`Speed` at the start and after each batch.
 
         Returns
@@ -177,8 +181,8 @@ class Campaign:
             batches = [left[at : at + self.batch] for at in range(0, len(left), self.batch)]
             done_before, begin = len(mine) - len(left), time.monotonic()
             done = done_before
-            if progress is not None:
-                progress(Speed(done, len(mine), 0.0))
+            if report_speed is not None:
+                report_speed(Speed(done, len(mine), 0.0))
             do = partial(do_batch, self.work, sources=self.sources, code=header["code"])
             with _interrupts() as stopping:
                 if scheduler is None:
@@ -189,9 +193,9 @@ class Campaign:
                     for task, (result, seconds) in zip(tasks, results, strict=True):
                         store.add(task, result, seconds)
                         done += 1
-                    if progress is not None:
+                    if report_speed is not None:
                         rate = (done - done_before) / max(time.monotonic() - begin, 1e-9)
-                        progress(Speed(done, len(mine), rate))
+                        report_speed(Speed(done, len(mine), rate))
                 if stopping():
                     raise Interrupted(done, len(mine))
             return done

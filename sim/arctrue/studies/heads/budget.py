@@ -12,7 +12,7 @@ import numpy as np
 from arctrue.base.units import ARCSEC_PER_DEG, ARCSEC_PER_RAD, RAD_PER_ARCSEC
 from arctrue.calibration.head_weights import mean_weights, weight_words
 from arctrue.gateware.mean_set import WEIGHT_ONE
-from arctrue.studies.heads.bench import COUNTS_PER_REV, Bench
+from arctrue.studies.heads.self_calibrated_table import COUNTS_PER_REV, SelfCalibratedTable
 from arctrue.studies.revolution import ECCENTRICITY_M
 from arctrue.table import DISC_RADIUS_M
 
@@ -31,14 +31,16 @@ MOUNTINGS = 2000
 then has a standard deviation of about 2.5 %, and its RMS one of 1.3 %."""
 
 
-def budget(bench: Bench, shift_m: float, radius_tolerance_m: float) -> list[dict[str, Any]]:
+def budget(
+    table: SelfCalibratedTable, shift_m: float, radius_tolerance_m: float
+) -> list[dict[str, Any]]:
     """Return cause and standard uncertainty; the axis moves by ``shift_m`` after the calibration.
 
     To first order the mean contains Σwᵢ·xᵢ if the reading of head i is wrong by xᵢ, so independent
     errors with the standard deviation s give s·√Σwᵢ². An error of a place or a radius multiplies an
     order-1 wave of the reading; the wave's RMS over the turn is its amplitude divided by √2.
     """
-    extension = bench.mean(()).extension
+    extension = table.mean(()).extension
     assert extension is not None
     assert extension.mean is not None
     weights = np.array(extension.mean.weights) / WEIGHT_ONE
@@ -53,12 +55,12 @@ def budget(bench: Bench, shift_m: float, radius_tolerance_m: float) -> list[dict
     rows: tuple[tuple[str, str, float], ...] = (
         (
             "noise",
-            f"noise of one sample, {bench.noise_arcsec:g}″ per head",
-            bench.noise_arcsec * noise,
+            f"noise of one sample, {table.noise_arcsec:g}″ per head",
+            table.noise_arcsec * noise,
         ),
         ("readings", "rounding of the heads' readings to counts", count * rectangular * noise),
         ("output", "rounding of the output to counts", count * rectangular),
-        ("weights", f"rounding of the weights (s1.16), {axis}", _leak(bench) * moved),
+        ("weights", f"rounding of the weights (s1.16), {axis}", _leak(table) * moved),
         (
             "offsets",
             "rounding of the offsets (u24.4)",
@@ -85,12 +87,12 @@ def budget(bench: Bench, shift_m: float, radius_tolerance_m: float) -> list[dict
     return [{"name": name, "cause": cause, "u_arcsec": float(u)} for name, cause, u in rows]
 
 
-def _leak(bench: Bench) -> float:
+def _leak(table: SelfCalibratedTable) -> float:
     """Return the RMS share of an axis motion that the rounded weights leave in the mean, over
     mountings within the tolerance."""
-    random = np.random.default_rng([bench.seed, 14])
-    nominal = np.radians(bench.places_deg)
-    size = bench.mounting_arcsec * RAD_PER_ARCSEC
+    random = np.random.default_rng([table.seed, 14])
+    nominal = np.radians(table.places_deg)
+    size = table.mounting_arcsec * RAD_PER_ARCSEC
     squares = []
     for off in random.uniform(-size, size, (MOUNTINGS, nominal.size)):
         places = nominal + off

@@ -20,8 +20,8 @@ from arctrue.gateware.coefficients import Coefficients
 from arctrue.instrument import Instrument, InstrumentError, ReportRun
 from arctrue.instrument.recording import EdgeTrack
 from arctrue.measurement import MeasurementSet
-from arctrue.studies.heads.bench import PLACES_DEG
 from arctrue.studies.heads.cases import HeadsCase
+from arctrue.studies.heads.self_calibrated_table import PLACES_DEG
 from arctrue.studies.revolution import ECCENTRICITY_DIRECTION_RAD, ECCENTRICITY_M
 from arctrue.studies.revolution.settings import RevolutionSettings
 from arctrue.table import (

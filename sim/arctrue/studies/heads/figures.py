@@ -10,7 +10,7 @@ from arctrue.calibration.head_weights import mean_weights, order_factor
 from arctrue.calibration.heads_gain import order_gain
 from arctrue.gateware.head_watch import STEP_COUNTS
 from arctrue.generated.number_formats import CLOCK_HZ, HEADS_MAX, LANES_DEFAULT, WATCH_INTERVAL_BITS
-from arctrue.studies.heads.bench import COUNTS_PER_REV
+from arctrue.studies.heads.self_calibrated_table import COUNTS_PER_REV
 from arctrue.studies.revolution import ECCENTRICITY_M
 from arctrue.table import DISC_RADIUS_M
 

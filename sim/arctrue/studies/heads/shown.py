@@ -16,18 +16,18 @@ from arctrue.calibration.heads_gain import MotionOrders, order_gain
 from arctrue.calibration.heads_least_squares import heads_least_squares
 from arctrue.calibration.mean_banks import mean_banks
 from arctrue.calibration.moved_head import moved_heads
-from arctrue.studies.heads.bench import (
+from arctrue.studies.heads.budget import budget
+from arctrue.studies.heads.figures import failover_figures, three_heads
+from arctrue.studies.heads.self_calibrated_table import (
     COUNTS_PER_REV,
     PLACES_DEG,
     TWO_DEG,
     U_MOUNTING_ARCSEC,
-    Bench,
+    SelfCalibratedTable,
     mean_left_arcsec,
     rms,
     two_heads_left_arcsec,
 )
-from arctrue.studies.heads.budget import budget
-from arctrue.studies.heads.figures import failover_figures, three_heads
 from arctrue.table import (
     DISC_RADIUS_M,
     Cause,
@@ -87,42 +87,42 @@ def shown(
     """Return the rows of all tables; smaller ``samples_a_turn`` and ``fine_orders`` make a test
     faster."""
     report_step = report_step or (lambda _: None)
-    bench = Bench(samples_a_turn=samples_a_turn, seed=seed)
-    two = replace(bench, places_deg=TWO_DEG)
+    table = SelfCalibratedTable(samples_a_turn=samples_a_turn, seed=seed)
+    two = replace(table, places_deg=TWO_DEG)
     report_step("ball pass")
     found: dict[str, Any] = {
         "schema": 1,
         "places_deg": list(PLACES_DEG),
         "samples_a_turn": samples_a_turn,
         "seed": seed,
-        "settings": _settings(bench),
+        "settings": _settings(table),
         "goals": GOALS,
-        "ball_pass": _ball_pass(bench, two),
+        "ball_pass": _ball_pass(table, two),
     }
     report_step("the hub moves")
     found["hub_shift"] = [
-        _hub_shift(replace(bench, radius_tolerance_m=tolerance), two)
+        _hub_shift(replace(table, radius_tolerance_m=tolerance), two)
         for tolerance in (0.0, RADIUS_TOLERANCE_M)
     ]
     report_step("a head is missing")
-    found["missing"] = _missing(bench)
+    found["missing"] = _missing(table)
     report_step("a head moves")
-    found["moved"] = [_moved(bench, head) for head in range(1, 5)]
+    found["moved"] = [_moved(table, head) for head in range(1, 5)]
     report_step("the error function")
-    found["error_function"] = _error_function(bench, fine_orders, fine_turns)
+    found["error_function"] = _error_function(table, fine_orders, fine_turns)
     report_step("uncertainty by cause")
-    found["budget"] = budget(bench, HUB_SHIFT_M, RADIUS_TOLERANCE_M)
+    found["budget"] = budget(table, HUB_SHIFT_M, RADIUS_TOLERANCE_M)
     found["three_heads"] = three_heads()
     found["failover"] = failover_figures()
     return found
 
 
-def _settings(bench: Bench) -> dict[str, Any]:
+def _settings(table: SelfCalibratedTable) -> dict[str, Any]:
     """Return the settings that the page states."""
     return {
         "two_places_deg": list(TWO_DEG),
-        "noise_arcsec": bench.noise_arcsec,
-        "mounting_arcsec": bench.mounting_arcsec,
+        "noise_arcsec": table.noise_arcsec,
+        "mounting_arcsec": table.mounting_arcsec,
         "count_arcsec": ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV,
         "ball_pass_m": BALL_PASS_M,
         "shift_m": HUB_SHIFT_M,
@@ -134,17 +134,17 @@ def _settings(bench: Bench) -> dict[str, Any]:
     }
 
 
-def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
+def _ball_pass(table: SelfCalibratedTable, two: SelfCalibratedTable) -> dict[str, Any]:
     """Calibrate while the axis moves, once with four heads and once with two; return the errors in
     another turn."""
-    moving, pair = replace(bench, axis=AXIS), replace(two, axis=AXIS)
+    moving, pair = replace(table, axis=AXIS), replace(two, axis=AXIS)
     coefficients = moving.mean()
-    quiet, angle = bench.turn(5, AXIS[1:], noise=False)
-    balls, _ = bench.turn(5, AXIS, noise=False)
-    with_noise, _ = bench.turn(5, AXIS)
+    quiet, angle = table.turn(5, AXIS[1:], noise=False)
+    balls, _ = table.turn(5, AXIS, noise=False)
+    with_noise, _ = table.turn(5, AXIS)
     # Leave out the rounding to whole counts, because the rounding of four readings exceeds the
     # remaining error.
-    exact = [_exact(bench, 5, causes) for causes in (AXIS[1:], AXIS)]
+    exact = [_exact(table, 5, causes) for causes in (AXIS[1:], AXIS)]
     change = (exact[1] - exact[0]) * (ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV)
     assert coefficients.extension is not None
     assert coefficients.extension.mean is not None
@@ -165,45 +165,47 @@ def _ball_pass(bench: Bench, two: Bench) -> dict[str, Any]:
     }
 
 
-def _exact(bench: Bench, number: int, causes: tuple[Cause, ...]) -> Float:
-    """Return the readings, in counts, at the angles of :meth:`Bench.turn`, without noise and
-    rounding."""
-    _, angle = bench.turn(number, causes, noise=False)
-    table: RotaryTable = bench.table(*causes)
+def _exact(table: SelfCalibratedTable, number: int, causes: tuple[Cause, ...]) -> Float:
+    """Return the readings, in counts, at the angles of :meth:`SelfCalibratedTable.turn`, without
+    noise and rounding."""
+    _, angle = table.turn(number, causes, noise=False)
+    rotary: RotaryTable = table.rotary_table(*causes)
     state = TableState.at_rest(angle)
-    return np.stack([table.reading_rad(h, state) for h in range(4)]) / table.count_rad
+    return np.stack([rotary.reading_rad(h, state) for h in range(4)]) / rotary.count_rad
 
 
-def _hub_shift(bench: Bench, two: Bench) -> dict[str, Any]:
+def _hub_shift(table: SelfCalibratedTable, two: SelfCalibratedTable) -> dict[str, Any]:
     """Calibrate while the axis rests, then shift the hub by 2 µm; return the errors without a new
     calibration."""
-    coefficients = bench.mean(())
+    coefficients = table.mean(())
     assert coefficients.extension is not None
     assert coefficients.extension.mean is not None
-    change = _exact(bench, 5, (HUB_SHIFT,)) - _exact(bench, 5, ())
+    change = _exact(table, 5, (HUB_SHIFT,)) - _exact(table, 5, ())
     change *= ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV
     weights = np.array(coefficients.extension.mean.weights) / 65536.0
-    counts, angle = bench.turn(5, (HUB_SHIFT,), noise=False)
-    before, _ = bench.turn(5, (), noise=False)
+    counts, angle = table.turn(5, (HUB_SHIFT,), noise=False)
+    before, _ = table.turn(5, (), noise=False)
     pair, true = two.turn(5, (HUB_SHIFT,), noise=False)
     return {
-        "radius_tolerance_m": bench.radius_tolerance_m,
+        "radius_tolerance_m": table.radius_tolerance_m,
         "on_head1_rms_arcsec": rms(change[0]),
-        "on_mean_rms_arcsec": _change_of_mean(coefficients, bench, change, weights),
+        "on_mean_rms_arcsec": _change_of_mean(coefficients, table, change, weights),
         "mean_before_rms_arcsec": rms(mean_left_arcsec(coefficients, before, angle)),
         "mean_after_rms_arcsec": rms(mean_left_arcsec(coefficients, counts, angle)),
         "two_heads_after_rms_arcsec": rms(two_heads_left_arcsec(two, pair, true)),
     }
 
 
-def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Float) -> float:
+def _change_of_mean(
+    coefficients: Any, table: SelfCalibratedTable, change: Float, weights: Float
+) -> float:
     """Return the RMS change of the output that a shift of the readings causes, without rounding of
     the readings.
 
     The shift also changes the reading of the carrier, the head at whose reading the lanes are
     evaluated.
     """
-    counts, _ = bench.turn(5, (), noise=False)
+    counts, _ = table.turn(5, (), noise=False)
     mean = coefficients.extension.mean
     carrier = counts[mean.carrier - 1] - mean.offsets[mean.carrier - 1] // 16
     unit = ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV
@@ -212,13 +214,13 @@ def _change_of_mean(coefficients: Any, bench: Bench, change: Float, weights: Flo
     return float(np.sqrt(np.mean((weights @ change - np.asarray(lanes)) ** 2)))
 
 
-def _missing(bench: Bench) -> list[dict[str, Any]]:
+def _missing(table: SelfCalibratedTable) -> list[dict[str, Any]]:
     """Return the error of one turn after the calibration, for the mean of all four heads and for
     every mean of three of them."""
-    coefficients = replace(bench, axis=AXIS).mean()
+    coefficients = replace(table, axis=AXIS).mean()
     assert coefficients.extension is not None
-    counts, angle = bench.turn(6, AXIS)
-    noiseless, _ = bench.turn(6, AXIS, noise=False)
+    counts, angle = table.turn(6, AXIS)
+    noiseless, _ = table.turn(6, AXIS, noise=False)
     rows = []
     whole = mean_left_arcsec(coefficients, counts, angle)
     for one in (coefficients, *coefficients.extension.without):
@@ -242,17 +244,17 @@ def _missing(bench: Bench) -> list[dict[str, Any]]:
     return rows
 
 
-def _moved(bench: Bench, head: int) -> dict[str, Any]:
+def _moved(table: SelfCalibratedTable, head: int) -> dict[str, Any]:
     """Shift a head by 100″ along the scale, and the axis by 2 µm, between two turns; return the
     errors."""
-    before = bench.estimate(())
+    before = table.estimate(())
     moved = [0.0] * 4
     moved[head - 1] = MOVED_ARCSEC
-    later = replace(bench, moved_arcsec=tuple(moved), axis=(AXIS_SHIFT,))
+    later = replace(table, moved_arcsec=tuple(moved), axis=(AXIS_SHIFT,))
     # The counters are not set to the index again, so that the reading of a moved head changes by
     # its shift.
     counts, angle = later.turn(3, (AXIS_SHIFT,))
-    old, _ = bench.turn(3, ())
+    old, _ = table.turn(3, ())
     captured = later.captured(3)
     offsets = np.array([float(np.mean(h - captured.heads[0])) for h in captured.heads])
     unit = ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV
@@ -288,7 +290,7 @@ def _moved(bench: Bench, head: int) -> dict[str, Any]:
     }
 
 
-def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
+def _error_function(table: SelfCalibratedTable, orders: int, turns: int) -> dict[str, Any]:
     """Compare the estimated error of the disc, up to a high order, with the true error; each
     result is 2σ at one angle.
 
@@ -297,14 +299,14 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
     stand at their nominal places.
     """
     places = FINE_PLACES_DEG
-    random = np.random.default_rng([bench.seed, 13])
+    random = np.random.default_rng([table.seed, 13])
     further = np.arange(10, orders + 1)
     rough = GraduationHarmonics(
         tuple(further.tolist()),
         tuple((0.02 * RAD_PER_ARCSEC * random.rayleigh(size=further.size)).tolist()),
         tuple(random.uniform(-np.pi, np.pi, further.size).tolist()),
     )
-    fine = replace(bench, places_deg=places)
+    fine = replace(table, places_deg=places)
     known = replace(fine, mounting_arcsec=0.0)
     rows = []
     asked = np.arange(1, orders + 1)
@@ -315,7 +317,9 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
     size, part_of = fine.samples_a_turn, COUNTS_PER_REV * turns
     at = np.arange(4 * orders + 4) * np.float64(2.0 * np.pi / (4 * orders + 4))
 
-    def left_2_sigma_arcsec(table: Bench, causes: tuple[Cause, ...], motion: MotionOrders) -> float:
+    def left_2_sigma_arcsec(
+        table: SelfCalibratedTable, causes: tuple[Cause, ...], motion: MotionOrders
+    ) -> float:
         """Return the error of the estimate from all turns of a table whose axis these causes
         move."""
         counts, _ = table.turn(1, (rough, *causes), turns)
@@ -340,7 +344,7 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
     for title, motion, axis in cases:
         gain = order_gain(np.radians(places), asked[1:], motion)
         counts_arcsec = ARCSEC_PER_RAD * 2.0 * np.pi / COUNTS_PER_REV / np.sqrt(12.0)
-        noise = np.hypot(bench.noise_arcsec, counts_arcsec)
+        noise = np.hypot(table.noise_arcsec, counts_arcsec)
         per_turn = float(noise * np.sqrt(2.0 / size * float(np.sum(gain**2))))
         rows.append(
             {
@@ -359,10 +363,12 @@ def _error_function(bench: Bench, orders: int, turns: int) -> dict[str, Any]:
     return {"places_deg": list(places), "rows": rows}
 
 
-def _true_error(bench: Bench, rough: GraduationHarmonics, reading_rad: Float) -> Float:
+def _true_error(
+    table: SelfCalibratedTable, rough: GraduationHarmonics, reading_rad: Float
+) -> Float:
     """Return the error g of the disc at readings of head 1, computed from the simulated table."""
-    table = bench.table(rough)
+    rotary = table.rotary_table(rough)
     angle = reading_rad.copy()
     for _ in range(12):
-        angle += reading_rad - table.reading_rad(0, TableState.at_rest(angle))
+        angle += reading_rad - rotary.reading_rad(0, TableState.at_rest(angle))
     return np.asarray((reading_rad - angle) * ARCSEC_PER_RAD)

@@ -313,7 +313,7 @@ class _Subject:
         _, left = self._own(others)
         own = _basis(left)
         model = self._model(others)
-        alike = []
+        similar = []
         for name, kind in others.items():
             other = kind()
             if name in (self.effect.name, "graduation_harmonics") or other.search:
@@ -326,10 +326,11 @@ class _Subject:
                 continue
             values = np.linalg.svd(own.T @ theirs, compute_uv=False)
             if values.size and float(values.min()) > LOOK_ALIKE:
-                alike.append(f"{name} (correlation {float(values.min()):.3f})")
-        if not alike:
+                similar.append(f"{name} (correlation {float(values.min()):.3f})")
+        if not similar:
             return Check("look-alikes", "right", "no known effect without a search")
-        return Check("look-alikes", "open", f"this set cannot separate it from {', '.join(alike)}")
+        names = ", ".join(similar)
+        return Check("look-alikes", "open", f"this set cannot separate it from {names}")
 
 
 def _stands_for(pattern: str, name: str) -> bool:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.diagnose.findings import RegularCause
+from arctrue.workbench.diagnose.detections import RegularCause
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.block_share import BlockShare

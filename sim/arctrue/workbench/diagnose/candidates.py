@@ -15,7 +15,7 @@ import numpy as np
 
 from arctrue.base.progress import ReportStep
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
-from arctrue.workbench.diagnose.findings import Findings, RegularCause
+from arctrue.workbench.diagnose.detections import Detections, RegularCause
 from arctrue.workbench.diagnose.parts_range import LEAST_WAVE
 from arctrue.workbench.diagnose.parts_scan import PartsCandidate, best_parts, parts_above
 from arctrue.workbench.effects.base import Effect, orders_of_parts
@@ -80,7 +80,7 @@ def regular_candidates(
 
 
 def with_regular(
-    candidates: Sequence[Candidate], lines: Sequence[Candidate], found: Findings
+    candidates: Sequence[Candidate], lines: Sequence[Candidate], found: Detections
 ) -> list[Candidate]:
     """Return the candidates; candidates from a forward search replace other candidates of the same
     name.

@@ -20,8 +20,8 @@ from arctrue.workbench.diagnose.classes import (
     LEAST_SHARE,
     OF_THE_SAME_KIND,
     Similar,
-    alike,
     lead,
+    similar_to,
     stands_in,
     without_unspecific,
 )
@@ -180,7 +180,7 @@ class Case:
         found = next(iter(self.survey.parts), None)
         if found is None or found.p_corrected >= SIGNIFICANCE or not self.survey.confirmed(found):
             return None
-        places = self.survey.findings.places
+        places = self.survey.detections.places
         if places is not None and places.is_most and ONCE & set(found.effect.parts):
             # Every pass shows most of the error at the same place, so the error is not a function
             # of the time.
@@ -216,7 +216,7 @@ class Case:
         same places: over time, such an error has many lines.
         """
         residuals = self.survey.residuals
-        found = [self.survey.findings.oscillation]
+        found = [self.survey.detections.oscillation]
         suspect = self.best is not None or self.refused is not None
         for tests, search in (
             (residuals.capture_whiteness, oscillation_in_capture),
@@ -236,17 +236,17 @@ class Case:
     @property
     def _repeats_at_stations(self) -> bool:
         """True if every pass of a reference at stations shows an error at the same places."""
-        return self.survey.findings.places is not None and not has_records(self.survey.base)
+        return self.survey.detections.places is not None and not has_records(self.survey.base)
 
     @property
     def not_noise(self) -> bool:
-        """True if a finding in the reference is not noise. As in :attr:`not_white`, whiteness does
-        not count if the residual is below the negligible size: the rounding of coarse counts is not
-        white."""
-        findings, fit = self.survey.findings, self.survey.channels.get("reference")
+        """True if a detection in the reference is not noise. As in :attr:`not_white`, whiteness
+        does not count if the residual is below the negligible size: the rounding of coarse counts
+        is not white."""
+        detections, fit = self.survey.detections, self.survey.channels.get("reference")
         if fit is not None and fit.residual_rms_arcsec < self.survey.matters_arcsec:
-            return replace(findings, whiteness_p=None).not_noise
-        return findings.not_noise
+            return replace(detections, whiteness_p=None).not_noise
+        return detections.not_noise
 
     @property
     def not_white(self) -> list[str]:
@@ -257,13 +257,13 @@ class Case:
         where the counts are coarser than the noise: their rounding, at most 0.41 counts RMS between
         two heads, repeats with the angle and is not white.
         """
-        residuals, findings = self.survey.residuals, self.survey.findings
+        residuals, detections = self.survey.residuals, self.survey.detections
         found = []
         for channel, tests, least in (
             ("capture", residuals.capture_whiteness, NOT_WHITE),
             ("reference", residuals.reference_whiteness, FAMILY_WISE / 3.0),
         ):
-            if tests is None or (channel == "reference" and findings.bands):
+            if tests is None or (channel == "reference" and detections.bands):
                 continue
             fit = self.survey.channels.get(channel)
             if fit is not None and fit.residual_rms_arcsec < self.survey.matters_arcsec:
@@ -282,7 +282,7 @@ class Case:
         best = self.best
         assert best is not None
         aliased = above_half_the_samples(best, self.survey.residuals)
-        found = alike(best, list(self.others.values()), unspecific=aliased)
+        found = similar_to(best, list(self.others.values()), unspecific=aliased)
         if best.effect.search_kind == "frequency" and best.lacking_variety:
             # At one speed a frequency is an order. An oscillation has a free phase and a free size
             # in every run. An effect that explains most of the oscillation with one phase is an

@@ -46,7 +46,9 @@ class Similar:
         return (*self.equals, *self.larger)
 
 
-def alike(best: Candidate, others: Sequence[Candidate], *, unspecific: bool = False) -> Similar:
+def similar_to(
+    best: Candidate, others: Sequence[Candidate], *, unspecific: bool = False
+) -> Similar:
     """Find the candidates whose columns explain the same error as the best candidate.
 
     ``unspecific``: if the best candidate names a cause, also include candidates that only describe

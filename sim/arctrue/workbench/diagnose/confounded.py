@@ -18,7 +18,7 @@ from arctrue.workbench.inference.canonical_correlation import canonical_correlat
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.residuals import Residuals
 
-ALIKE = 0.98
+EQUAL_COLUMNS = 0.98
 """Columns count as equal if their canonical correlation, with the model projected out, is at least
 this value. With one effect in the model, 4 % of the gain of the other effect remains at this
 correlation; these 4 % exceed a near tie of 6 only for a gain above 150."""
@@ -57,8 +57,8 @@ def confounded_with(best: Candidate, near_tie: float) -> Candidate | None:
         gained = max(score.gain, of_constant + free.score(form, {}).gain)
         if score.rank != evidence.score.rank or gained < evidence.score.gain - near_tie:
             continue
-        alike = canonical_correlations(free, best.term, Term(form, {}))
-        if alike.size < score.rank or float(np.min(alike)) < ALIKE:
+        correlations = canonical_correlations(free, best.term, Term(form, {}))
+        if correlations.size < score.rank or float(np.min(correlations)) < EQUAL_COLUMNS:
             continue
         gain = best.gain * min(gained / max(evidence.score.gain, 1e-300), 1.0)
         found.append(

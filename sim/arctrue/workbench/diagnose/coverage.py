@@ -157,17 +157,17 @@ def effect_or_noise(
     the likelihoods cannot distinguish the two models. ``tests``: number of candidates by which the
     effect's p is corrected.
     """
-    alike = [
+    similar = [
         item.name
         for item in candidates
         if item.evidence is not None
         and max(item.size_arcsec.values(), default=0.0) >= matters
         and _p_with(item, item.evidence.score, tests) < SIGNIFICANCE
     ]
-    if not alike:
+    if not similar:
         return None
     return Blindness(
-        f"{' or '.join(alike)} and slow noise explain the rows equally well: the effect is "
+        f"{' or '.join(similar)} and slow noise explain the rows equally well: the effect is "
         "significant against the scatter of single readings, but not against noise that changes "
         "as slowly as the effect",
         "the same measurement once more, in another order and with the temperature recorded: an "

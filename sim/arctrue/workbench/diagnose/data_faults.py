@@ -7,8 +7,6 @@ after which the record continues as before, is a fault of the recording.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
@@ -18,6 +16,7 @@ from arctrue.base.runs import run_spans
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.workbench.diagnose.wrapped_counter import wraps_of
 from arctrue.workbench.observations import CaptureRows, Observations
+from arctrue.workbench.observations.file_lines import file_line
 from arctrue.workbench.observations.outliers.excursions import excursions, step_scatter
 from arctrue.workbench.observations.outliers.single_rows import MOST_SHARE
 from arctrue.workbench.observations.reference_columns import (
@@ -34,6 +33,7 @@ from arctrue.workbench.observations.run_turns import (
 from arctrue.workbench.observations.stored import StoredCapture
 
 Float = NDArray[np.float64]
+Integer = NDArray[np.int64]
 Boolean = NDArray[np.bool_]
 
 STEP_TOLERANCE = 0.1
@@ -79,21 +79,22 @@ def data_faults(observations: Observations) -> list[str]:
         for run, (start, end) in enumerate(spans):
             found += _step_faults(rows, run, start, end, observations)
         if rows.head == 2:
-            found += _temperature_faults("capture", rows.temperature_c, observations.sample_line)
+            found += _temperature_faults(
+                "capture", rows.temperature_c, observations.used_capture_rows
+            )
     # A fault of head 1 or of the time stamps is found again in the difference to every other head.
     found = list(dict.fromkeys(found))
     stations = observations.every_reference_row
     limits: list[str] = []
     if stations is not None:
         found += _temperature_faults(
-            "reference", stations.temperature_c, observations.reference_line
+            "reference", stations.temperature_c, observations.used_reference_rows
         )
-        found += direction_faults(stations, observations.reference_line)
+        found += direction_faults(stations, observations.used_reference_rows)
         # Readings at a limit are equal rows as well, and their scatter of 0 makes other rows
         # outliers.
-        line_of = observations.reference_line
-        limits = saturated_rows(stations, line_of)
-        found += limits or frozen_rows(stations, line_of)
+        limits = saturated_rows(stations, observations.used_reference_rows)
+        found += limits or frozen_rows(stations, observations.used_reference_rows)
     found += [
         f"{channel}: {percent(share)} of the rows are outliers, each far from the rows around it; "
         f"at most {percent(MOST_SHARE)} are left out as single wrong rows"
@@ -278,7 +279,7 @@ def _implausible(step: Float, passed_s: Float) -> Boolean:
 
 
 def _temperature_faults(
-    channel: str, temperature_c: Float | None, line_of: Callable[[int], int]
+    channel: str, temperature_c: Float | None, used: Integer | None
 ) -> list[str]:
     if temperature_c is None:
         return []
@@ -286,7 +287,7 @@ def _temperature_faults(
     outside = np.flatnonzero((temperature_c < low) | (temperature_c > high))
     if outside.size:
         return [
-            f"{channel}, {_row(line_of(int(outside[0])))}: temperature_c is "
+            f"{channel}, {_row(file_line(used, int(outside[0])))}: temperature_c is "
             f"{temperature_c[outside[0]]:g}, expected {low:g} to {high:g} °C; {outside.size} such "
             "rows"
         ]
@@ -295,8 +296,8 @@ def _temperature_faults(
         return []
     first, _, size = spikes[0]
     return [
-        f"{channel}, {_row(line_of(first))}: temperature_c changes by {size:+.1f} K and back "
-        f"within three rows; {len(spikes)} such places"
+        f"{channel}, {_row(file_line(used, first))}: temperature_c changes by {size:+.1f} K and "
+        f"back within three rows; {len(spikes)} such places"
     ]
 
 

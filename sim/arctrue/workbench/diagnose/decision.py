@@ -41,8 +41,8 @@ class Decision:
     """RMS of the residual beyond the noise, by channel, if neither an effect nor a product of parts
     explains this error."""
     seen: str | None = None
-    """Description of a finding that is not an effect of the catalogue and explains more than any of
-    them, such as a jump or a damped oscillation."""
+    """Description of a detection that is not an effect of the catalogue and explains more than any
+    of them, such as a jump or a damped oscillation."""
     oscillation: Oscillation | None = None
     """The damped oscillation that ``seen`` describes."""
     faults: tuple[str, ...] = ()

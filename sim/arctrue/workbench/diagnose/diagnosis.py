@@ -17,10 +17,10 @@ from arctrue.workbench.diagnose.case import DEEPEST, Case
 from arctrue.workbench.diagnose.coverage import Coverage, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults, too_short
 from arctrue.workbench.diagnose.decision import Decision, Verdict
+from arctrue.workbench.diagnose.detections import Detections
 from arctrue.workbench.diagnose.equal_descriptions import equal_description, to_separate
 from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
-from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.grounds import Grounds
 from arctrue.workbench.diagnose.lack_of_fit import LEAST_EXCESS
 from arctrue.workbench.diagnose.lag import Lag, lag_of
@@ -32,10 +32,10 @@ from arctrue.workbench.diagnose.of_the_runs import (
     index_beyond_its_prior,
 )
 from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
-from arctrue.workbench.diagnose.regular import findings_of
+from arctrue.workbench.diagnose.regular import detections_of
+from arctrue.workbench.diagnose.remaining_error import RemainingError, remaining_error
 from arctrue.workbench.diagnose.rivals import NEAR_TIE, REFUSED_P
 from arctrue.workbench.diagnose.rules.table import decide, said_of
-from arctrue.workbench.diagnose.second_finding import SecondFinding, second_finding
 from arctrue.workbench.diagnose.signal_period import SignalPeriod, signal_period
 from arctrue.workbench.diagnose.slopes_of_passes import SlopesOfPasses, slopes_of_passes
 from arctrue.workbench.diagnose.survey import FitOfChannel, Survey
@@ -86,7 +86,7 @@ class Diagnosis:
     """Ways in which the set differs from the sets on which the probabilities were calibrated."""
     grounds: Grounds | None = None
     """Numbers on which the stated probability rests; None where nothing was tested."""
-    second: SecondFinding | None = None
+    second: RemainingError | None = None
     """The error that remains with the named effect in the model, if that error is significant."""
     lag: Lag | None = None
     """The lag of the condition that describes the error, if this lag explains most of the error
@@ -105,9 +105,9 @@ class Diagnosis:
     """The product with another condition that describes an unknown error as well."""
     slopes: SlopesOfPasses | None = None
     """Slopes over the angle by which the passes over an arc differ, if nothing was found."""
-    findings: Findings = field(default_factory=Findings)
-    """Findings in the reference; if an effect is named or described, the findings that remain with
-    it.
+    detections: Detections = field(default_factory=Detections)
+    """Detections in the reference; if an effect is named or described, the detections that remain
+    with it.
     """
 
     @property
@@ -189,8 +189,8 @@ def diagnose(
         return _stated(observations, base, Facts())
     adding = given or Adding(Residuals(base), effects)
     report_step("looking for regular lines")
-    findings = findings_of(base, effects)
-    case = _case_of(base, adding, findings, matters_counts, report_step)
+    detections = detections_of(base, effects)
+    case = _case_of(base, adding, detections, matters_counts, report_step)
     if case.decision.verdict != "adequate":
         left_arcsec = _deepest(case.decision, base).capture_residual_arcsec()
         without = without_wrong_rows(observations, left_arcsec)
@@ -219,11 +219,13 @@ def diagnose(
     left = {name: item for name, item in after.items() if item is not None}
     second = _second(found.decision, left) if found.verdict == "named" else None
     period = signal_period(found.named, tried.untestable, effects)
-    findings = _with_the_found(findings, found, case, effects)
-    findings = _once(findings, found.decision.oscillation or findings.oscillation, observations)
+    detections = _with_the_found(detections, found, case, effects)
+    detections = _once(
+        detections, found.decision.oscillation or detections.oscillation, observations
+    )
     lag = lag_of(found.described, base) if found.verdict == "unknown" else None
     if lag is not None or found.slopes is not None:
-        findings = replace(findings, slow=None)
+        detections = replace(detections, slow=None)
     return replace(
         found,
         lag=lag,
@@ -233,7 +235,7 @@ def diagnose(
         signal_period=period,
         measurement=found.measurement or (None if period is None else period.measurement),
         instead=case.instead if instead else None,
-        findings=findings,
+        detections=detections,
     )
 
 
@@ -253,67 +255,71 @@ def _described_above(found: Diagnosis, tried: Survey, report_step: ReportStep) -
 
 
 def _with_the_found(
-    findings: Findings, found: Diagnosis, case: Case, effects: Mapping[str, type[Effect]]
-) -> Findings:
-    """Return the findings that remain with the named effect in the model.
+    detections: Detections, found: Diagnosis, case: Case, effects: Mapping[str, type[Effect]]
+) -> Detections:
+    """Return the detections that remain with the named effect in the model.
 
     The named effect may appear in the reference as a line at an alias, an oscillation or a step;
-    these are no further findings. If the effect is a regular cause, its own lines stay in the list,
-    and only the oscillation is searched again. A part of the effect, such as a phase that depends
-    on the direction, may have looked like a resonance. If a product of parts describes the whole
-    error, the lines and the jumps are searched again: an error that follows the speed differs from
-    run to run and may have looked like a jump, or like a line on each side of its own order. A slow
-    change that the product describes has a known form; if the product leaves a slow change, the
-    size of the whole change is stated.
+    these are no further detections. If the effect is a regular cause, its own lines stay in the
+    list, and only the oscillation is searched again. A part of the effect, such as a phase that
+    depends on the direction, may have looked like a resonance. If a product of parts describes the
+    whole error, the lines and the jumps are searched again: an error that follows the speed differs
+    from run to run and may have looked like a jump, or like a line on each side of its own order. A
+    slow change that the product describes has a known form; if the product leaves a slow change,
+    the size of the whole change is stated.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown":
-        kept = findings.steps or findings.causes or findings.places or findings.slow
-        if not kept and findings.oscillation is None:
-            return findings
-        left = findings_of(product.at_maximum, effects)
+        kept = detections.steps or detections.causes or detections.places or detections.slow
+        if not kept and detections.oscillation is None:
+            return detections
+        left = detections_of(product.at_maximum, effects)
         if left.slow is None:
-            findings = replace(findings, slow=None)
+            detections = replace(detections, slow=None)
         if found.decision.resembles is not None:
-            return findings
+            return detections
         return replace(
-            findings,
-            causes=left.causes if findings.causes else (),
-            oscillation=left.oscillation if findings.oscillation is not None else None,
-            steps=left.steps if findings.steps else (),
+            detections,
+            causes=left.causes if detections.causes else (),
+            oscillation=left.oscillation if detections.oscillation is not None else None,
+            steps=left.steps if detections.steps else (),
             places=left.places,
-            fast=left.fast if findings.fast else (),
-            drift=left.drift if findings.drift is not None else None,
+            fast=left.fast if detections.fast else (),
+            drift=left.drift if detections.drift is not None else None,
         )
-    if item is None or findings.empty or case.with_best is None:
-        return findings
-    if item.regular is not None and findings.places is not None:
-        findings = replace(findings, places=case.with_best.survey.findings.places)
+    if item is None or detections.empty or case.with_best is None:
+        return detections
+    if item.regular is not None and detections.places is not None:
+        detections = replace(detections, places=case.with_best.survey.detections.places)
     if item.regular is None:
-        left = findings.further(item.name, case.with_best.survey.findings, is_line=is_line(item))
-        if item.second_of_runs is None or findings.cycles is None:
+        left = detections.further(
+            item.name, case.with_best.survey.detections, is_line=is_line(item)
+        )
+        if item.second_of_runs is None or detections.cycles is None:
             return left
         both = (item.name, item.second_of_runs.words)
-        return replace(left, cycles=replace(findings.cycles, explained_by=both))
-    if findings.oscillation is None:
-        return findings
-    return replace(findings, oscillation=findings_of(item.at_maximum, effects).oscillation)
+        return replace(left, cycles=replace(detections.cycles, explained_by=both))
+    if detections.oscillation is None:
+        return detections
+    return replace(detections, oscillation=detections_of(item.at_maximum, effects).oscillation)
 
 
-def _once(findings: Findings, seen: Oscillation | None, observations: Observations) -> Findings:
-    """Return the findings without the fast lines that are the oscillation ``seen`` in one of the
+def _once(
+    detections: Detections, seen: Oscillation | None, observations: Observations
+) -> Detections:
+    """Return the detections without the fast lines that are the oscillation ``seen`` in one of the
     runs."""
     rows = observations.reference
     if seen is None or seen.in_each_run is None or rows is None or rows.time_s is None:
-        return findings
+        return detections
     turns = coordinate(rows, in_time=False)
     if turns is None:
-        return findings
+        return detections
     passes = [(speed, length) for speed, length, _ in passes_of(turns, rows.time_s, rows.run)]
-    return findings.without_fast(seen.hz, passes)
+    return detections.without_fast(seen.hz, passes)
 
 
-def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
+def _second(found: Decision, left: Mapping[str, Left]) -> RemainingError | None:
     """Return the error that remains with the named effect in the model; None if it is not
     significant or if a further effect would be named."""
     assert found.first is not None
@@ -333,13 +339,13 @@ def _second(found: Decision, left: Mapping[str, Left]) -> SecondFinding | None:
             rms**2 > (1.0 + LEAST_EXCESS**2) * after.noise_arcsec[channel] ** 2
             for channel, rms in after.rms_arcsec.items()
         )
-    return second_finding(after, unknown=unknown, description=words)
+    return remaining_error(after, unknown=unknown, description=words)
 
 
 def _case_of(
     base: Solution,
     adding: Adding,
-    findings: Findings,
+    detections: Detections,
     matters_counts: float,
     report_step: ReportStep,
 ) -> Case:
@@ -358,12 +364,12 @@ def _case_of(
         if first.second_of_runs is not None:
             # The solution of this effect is for rows from which the other effect is subtracted.
             solution = fit(solution.terms, before.base.observations)
-        left = before.findings.without(first.regular)
+        left = before.detections.without(first.regular)
         if left.places is not None and first.regular is not None:
             visits = visits_of(first.at_maximum)
             left = replace(left, places=None if visits is None else visits.repeated())
         if first.regular is None and not left.empty:
-            left = findings_of(solution, effects)
+            left = detections_of(solution, effects)
         return survey(
             Residuals(solution),
             effects,
@@ -371,10 +377,10 @@ def _case_of(
             lambda text: None,
             negligible=False,
             looks=DEEPEST - 1,
-            findings=left if first.effect.step_at is None else left.without_steps(),
+            detections=left if first.effect.step_at is None else left.without_steps(),
         )
 
-    tried = survey(adding.residuals, effects, matters, report_step, findings=findings)
+    tried = survey(adding.residuals, effects, matters, report_step, detections=detections)
     return Case(tried, effects, with_first, said_of, adding=adding)
 
 
@@ -468,7 +474,7 @@ def _with_further(found: Decision) -> Solution | None:
 MOST_OF_NONE = 0.5
 """Largest probability of ``none``, its prior, if the runs' offsets scatter beyond the known index
 or differ between the directions, or if passes differ by a slope: no answer of the calibration had
-such findings."""
+such detections."""
 
 
 def _less_of_none(probability: Mapping[str, float]) -> dict[str, float]:

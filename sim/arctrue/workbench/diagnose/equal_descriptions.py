@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.diagnose.confounded import ALIKE
+from arctrue.workbench.diagnose.confounded import EQUAL_COLUMNS
 from arctrue.workbench.diagnose.next_measurement import NextMeasurement
 from arctrue.workbench.effects.part_conditions import (
     ALWAYS,
@@ -53,8 +53,8 @@ def equal_description(
         there = free.score(form, {})
         if there.rank != own.rank or there.rank == 0 or there.gain < own.gain - near_tie:
             continue
-        alike = canonical_correlations(free, described.term, Term(form, {}))
-        if alike.size < own.rank or float(np.min(alike)) < ALIKE:
+        correlations = canonical_correlations(free, described.term, Term(form, {}))
+        if correlations.size < own.rank or float(np.min(correlations)) < EQUAL_COLUMNS:
             continue
         solution = free.solution_with(form, {}, there)
         found.append((there.gain, replace(described, effect=form, nonlinear={}, solution=solution)))

@@ -21,13 +21,13 @@ from arctrue.workbench.diagnose.candidates import (
     tried_products,
     with_regular,
 )
+from arctrue.workbench.diagnose.detections import Detections
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
 from arctrue.workbench.diagnose.evidence_of_one import (
     with_evidence,
     with_gain_of,
     with_noise_of_another,
 )
-from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.of_the_runs import leaves_the_index
 from arctrue.workbench.diagnose.second_run_effect import second_run_effects, without
 from arctrue.workbench.diagnose.survey import Survey, fit_of_channels, takes_most
@@ -70,14 +70,14 @@ def survey(
     *,
     negligible: bool = True,
     looks: int = 1,
-    findings: Findings | None = None,
+    detections: Detections | None = None,
 ) -> Survey:
     """Test every effect and every product of parts with the model of ``residuals``.
 
     Without ``negligible``, effects that are far too small to matter get no noise estimate of their
     own, because no verdict depends on them. An effect with a search is tested again even if the
     model has it, because it may exist a second time with other search parameters. ``looks``: number
-    of such surveys that the diagnosis makes. ``findings``: results of a forward search with this
+    of such surveys that the diagnosis makes. ``detections``: results of a forward search with this
     model; they replace the search for an effect of the same name.
     """
     present = {term.effect.name for term in residuals.solution.terms}
@@ -88,7 +88,7 @@ def survey(
     channels = fit_of_channels(residuals)
     asked = absent | repeatable
     candidates, untestable = tried_effects(residuals, asked, len(absent) * looks, report_step)
-    found = Findings() if findings is None else findings
+    found = Detections() if detections is None else detections
     lines = regular_candidates(_beyond_steps(residuals, found), found.causes, len(absent) * looks)
     candidates = with_regular(candidates, lines, found)
     report_step("trying products of parts")
@@ -118,7 +118,7 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     first product of parts gets evidence too if it can be ahead of the real effect.
     """
     null = Null(tried.residuals)
-    beyond = replace(tried, residuals=_beyond_steps(tried.residuals, tried.findings))
+    beyond = replace(tried, residuals=_beyond_steps(tried.residuals, tried.detections))
     null_of_lines = null if beyond.residuals is tried.residuals else Null(beyond.residuals)
     waiting = _near_to_a_name(tried)
     products = tried.parts[:1]
@@ -238,7 +238,7 @@ def _seen_with(white: Residuals, items: Sequence[Candidate], tried: Survey) -> l
 
 def _second_run_effects(tried: Survey) -> dict[str, SecondRunEffect]:
     """Return the effects that explain the offsets of the runs only together with another effect."""
-    change = tried.findings.cycles
+    change = tried.detections.cycles
     if change is None or not change.of_runs:
         return {}
     return second_run_effects(tried.residuals, tried.candidates, tried.absent * tried.looks)
@@ -257,7 +257,7 @@ def _judged_with_second(
     return replace(judged, p_corrected=max(judged.p_corrected, among), second_of_runs=other)
 
 
-def _beyond_steps(residuals: Residuals, found: Findings) -> Residuals:
+def _beyond_steps(residuals: Residuals, found: Detections) -> Residuals:
     """Return the residuals without the steps that the forward search found together with its lines;
     a line that is smaller than a step would be lost in them."""
     steps = [(step.time_s, step.size_arcsec) for step in found.steps if step.time_s is not None]
@@ -276,7 +276,7 @@ def _largest_sure(item: Candidate, tried: Survey, null: Null, report_step: Repor
     judged = with_evidence(item, tried, null, tried.absent, report_step)
     if judged.p_corrected < SIGNIFICANCE:
         return judged
-    for cause in tried.findings.causes:
+    for cause in tried.detections.causes:
         if cause is item.regular or cause.effect.name != item.name:
             continue
         for line in regular_candidates(tried.residuals, [cause], tried.absent * tried.looks):

@@ -163,7 +163,7 @@ def with_gain_of(item: Candidate, found: Evidence, tried: Survey, candidates: in
         among = p_among_the_runs(tried.residuals, item.effect, item.nonlinear)
         p_value = max(p_value, min(1.0, among * candidates * tried.looks))
     # A product of parts is the best of many and may hide the changes that the model showed.
-    offsets_decide = tried.findings.cycles is not None and item.level_trials is not None
+    offsets_decide = tried.detections.cycles is not None and item.level_trials is not None
     if offsets_decide or cycle_change(solution, SIGNIFICANCE) or run_change(solution, SIGNIFICANCE):
         among = p_among_cycles(tried.base, solution)
         tests = candidates if item.level_trials is None else candidates * item.level_trials

@@ -57,8 +57,8 @@ def look_alikes(
         score = there.score(effect, {})
         if score.rank < best.rank or score.gain < LEAST_SHARE * best.gain:
             continue
-        alike = canonical_correlations(there, best.term, Term(effect, {}))
-        if alike.size >= best.rank and float(np.min(alike[: best.rank])) > LIKE:
+        correlations = canonical_correlations(there, best.term, Term(effect, {}))
+        if correlations.size >= best.rank and float(np.min(correlations[: best.rank])) > LIKE:
             found[name] = lacking
     return found
 

@@ -9,27 +9,27 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-CAPTURE = "a capture of both heads"
-"""Beginning of the words by which ``Effect.missing`` states that a capture is lacking."""
-KEY = "the key "
-"""Beginning of the words that state a lacking key; a key is not a measurement and is listed
-last."""
+from arctrue.workbench.effects.missing import CAPTURE, Lack, missing_of
 
 
 def lacking_words(items: Sequence[str]) -> list[str]:
-    """Return the lacking data, each once and sorted. An entry that continues another entry after a
-    colon replaces it."""
-    every = sorted(set(items))
-    return [item for item in every if not any(other.startswith(f"{item}:") for other in every)]
+    """Return the lacking data, each once and sorted; an entry with a reason replaces the entry
+    without it."""
+    every = [missing_of(item) for item in sorted(set(items))]
+    with_reason = {item.what for item in every if item != item.what}
+    return [item for item in every if item not in with_reason]
 
 
 def of_the_same_kind(untestable: Mapping[str, Sequence[str]]) -> str:
     """Return the next measurement for a set that has only a reference: data that this reading can
-    supply, and the number of effects that a capture of two heads could test in addition."""
+    supply, and the number of effects that a capture of two heads could test in addition.
+
+    A key is not a measurement and is listed last.
+    """
     possible = {name: items for name, items in untestable.items() if not _needs_capture(items)}
     lacking = Counter(what for items in possible.values() for what in items)
     if lacking:
-        order = sorted(lacking, key=lambda what: (what.startswith(KEY), -lacking[what], what))
+        order = sorted(lacking, key=lambda what: (_is_key(what), -lacking[what], what))
         number = f"{len(possible)} of the effects that were not tested"
         need = "each need one or more of these" if len(order) > 1 else "need it"
         need = need if len(possible) > 1 else "needs it" if len(order) == 1 else "needs them"
@@ -60,7 +60,11 @@ def separates(name: str, look_alikes: Mapping[str, Sequence[str]], own: str) -> 
 
 
 def _needs_capture(items: Sequence[str]) -> bool:
-    return any(item.startswith(CAPTURE) for item in items)
+    return any(missing_of(item).kind is Lack.CAPTURE for item in items)
+
+
+def _is_key(item: str) -> bool:
+    return missing_of(item).kind is Lack.KEY
 
 
 def _of_two_heads(effects: int) -> str:

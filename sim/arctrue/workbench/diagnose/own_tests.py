@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, sizes_arcsec
-from arctrue.workbench.diagnose.findings import RegularCause
+from arctrue.workbench.diagnose.detections import RegularCause
 from arctrue.workbench.effects.axis_motion import SEPARATING_HEADS
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
 from arctrue.workbench.inference.residuals import Residuals

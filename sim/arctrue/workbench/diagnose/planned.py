@@ -38,7 +38,7 @@ STATION_S = 4.0
 """Time for one planned station: settling and reading of an autocollimator."""
 EVENLY = 0.98
 """Smallest correlation of temperature and time at which the temperature counts as changing evenly;
-with this correlation, the columns of two effects count as equal as well (ALIKE in
+with this correlation, the columns of two effects count as equal as well (EQUAL_COLUMNS in
 :mod:`confounded`)."""
 MOVING_STATIONS = 360
 """Number of stations of a planned reference that is read while the table moves: one per degree."""

@@ -128,7 +128,7 @@ def posterior(
             if name not in effect_class:
                 # An effect outside the class gains less than half as much as the first effect, or
                 # the first effect still adds something to a model with this effect
-                # (:func:`classes.alike`). The weight of such an effect is at most the share
+                # (:func:`classes.similar_to`). The weight of such an effect is at most the share
                 # NOTHING_LEFT_P of the weight of the first.
                 weights[name] = min(value, first + float(np.log(NOTHING_LEFT_P)))
             else:

@@ -14,14 +14,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.diagnose.events_of_stations import events_of_stations, jump_of
-from arctrue.workbench.diagnose.findings import (
+from arctrue.workbench.diagnose.detections import (
     SAME_LINE,
     Band,
+    Detections,
     FastLineOfRows,
-    Findings,
     RegularCause,
 )
+from arctrue.workbench.diagnose.events_of_stations import events_of_stations, jump_of
 from arctrue.workbench.diagnose.jumps import Jump
 from arctrue.workbench.diagnose.undetermined import undetermined
 from arctrue.workbench.effects.base import Effect
@@ -52,17 +52,17 @@ from arctrue.workbench.observations.display_step import display_step
 Float = NDArray[np.float64]
 
 
-def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
+def detections_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Detections:
     """Search a reference for lines, steps, an oscillation, a slow change, a reversal error, and an
     error that repeats at the same places.
 
-    If the rows do not determine the model, there are no findings, because lines would only cancel
+    If the rows do not determine the model, there are no detections, because lines would only cancel
     the model's orders. The error of single places is subtracted before the other searches, because
     a defect that every turn repeats looks like an oscillation or a line. A slow change counts only
     if it remains after the error that repeats at equal places is subtracted.
     """
     if undetermined(solution) is not None:
-        return Findings()
+        return Detections()
     visits = visits_of(solution)
     places = None if visits is None else visits.repeated()
     if visits is None or places is None:
@@ -71,7 +71,7 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     rows = observations.reference
     assert rows is not None
 
-    def of_rows_without(error_arcsec: Float) -> Findings:
+    def of_rows_without(error_arcsec: Float) -> Detections:
         left = replace(rows, error_arcsec=rows.error_arcsec - error_arcsec)
         without = replace(observations, reference=left)
         return _of_rows(fit(solution.terms, without), effects)
@@ -87,12 +87,12 @@ def findings_of(solution: Solution, effects: Mapping[str, type[Effect]]) -> Find
     return replace(found, slow=of_rows_without(visits.of_all_places).slow)
 
 
-def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Findings:
-    """Return the findings apart from the error that repeats at the same places."""
+def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Detections:
+    """Return the detections apart from the error that repeats at the same places."""
     expected = _expected(solution, effects)
     unknown = next((kind() for kind in effects.values() if kind.search_kind == "line"), None)
     if unknown is None:
-        return Findings()
+        return Detections()
     declared = None
     if expected is not None:
         declared = expected.declared_order(solution.observations)
@@ -155,7 +155,7 @@ def _of_rows(solution: Solution, effects: Mapping[str, type[Effect]]) -> Finding
     causes.sort(key=lambda item: -item.taken_arcsec)
     # The records over time and over the angle have the same rows: if the residuals of one are
     # white, the rows are white.
-    return Findings(
+    return Detections(
         tuple(causes),
         tuple(steps),
         max(whiteness, default=None),

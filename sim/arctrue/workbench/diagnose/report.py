@@ -10,12 +10,13 @@ from arctrue.base.figures import with_uncertainty
 from arctrue.workbench.diagnose.aliases import folded_frequencies, folded_periods_s, in_capture
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate, is_line
 from arctrue.workbench.diagnose.coverage import Coverage
+from arctrue.workbench.diagnose.detections import Detections
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
-from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.lack_of_fit import LEAST_EXCESS
 from arctrue.workbench.diagnose.probable import probable
 from arctrue.workbench.diagnose.report_json import with_aliases
 from arctrue.workbench.diagnose.shared_curve import shared_curve
+from arctrue.workbench.effects.parameter import kind_of
 from arctrue.workbench.effects.part_conditions import MOST_RUNS, too_many_runs
 from arctrue.workbench.inference.detectable import Detectable
 
@@ -28,7 +29,7 @@ def sentences(result: Diagnosis) -> list[str]:
         return [
             f"This set cannot decide: {result.decision.cannot_tell}.",
             *_index(result),
-            *result.findings.sentences(),
+            *result.detections.sentences(),
             *_not_searched(result),
             *shared_curve(result.base),
             *_noise_of_heads(result),
@@ -78,7 +79,9 @@ def sentences(result: Diagnosis) -> list[str]:
         said = [f"None of the known effects fits: {result.decision.seen}."]
         said += _folded_in_each_run(result)
     elif result.description is None and (
-        result.findings.cycles is not None or result.findings.places is not None or result.slopes
+        result.detections.cycles is not None
+        or result.detections.places is not None
+        or result.slopes
     ):
         said = ["None of the known effects fits.", *_index(result)]
     elif result.description is None:
@@ -93,10 +96,10 @@ def sentences(result: Diagnosis) -> list[str]:
             *(_further_with_description(result) if result.lag is None else [result.lag.words()]),
         ]
     found = [
-        words
-        for words in _findings_to_state(result).sentences()
-        # The first sentence states the finding already.
-        if result.decision.seen is None or not words.endswith(result.decision.seen[1:] + ".")
+        item.sentence
+        for item in _detections_to_state(result).statements()
+        # The first sentence states the detection already.
+        if item.words is None or item.words != result.decision.seen
     ]
     if result.verdict == "unknown" and result.decision.look_alikes:
         lacking = "; ".join(
@@ -106,8 +109,10 @@ def sentences(result: Diagnosis) -> list[str]:
         found.append(f"{names} would look the same and cannot be tested: the set lacks {lacking}.")
     # No single effect has the shape of a jump together with a reversal error. If an unknown error
     # has both, the sentences on these two come first.
-    findings = result.findings
-    first = result.verdict == "unknown" and findings.reversal is not None and bool(findings.steps)
+    detections = result.detections
+    first = (
+        result.verdict == "unknown" and detections.reversal is not None and bool(detections.steps)
+    )
     said = [*found, *said] if first else [*said, *found]
     said += _not_searched(result)
     said += shared_curve(result.base)
@@ -117,10 +122,10 @@ def sentences(result: Diagnosis) -> list[str]:
     return said + _negligible(result)
 
 
-def _findings_to_state(result: Diagnosis) -> Findings:
-    """Return the findings without the oscillation that the verdict states, which other rows may
+def _detections_to_state(result: Diagnosis) -> Detections:
+    """Return the detections without the oscillation that the verdict states, which other rows may
     show with slightly different values."""
-    found, seen = result.findings, result.decision.oscillation
+    found, seen = result.detections, result.decision.oscillation
     if seen is None or found.oscillation is None or not seen.is_same(found.oscillation):
         return found
     return replace(found, oscillation=None)
@@ -173,7 +178,7 @@ def _further_with_description(result: Diagnosis) -> list[str]:
 
 def _further_line(result: Diagnosis) -> list[str]:
     """With the first effect of a class in the model, the diagnosis may name a line: return a
-    sentence on this line if the findings do not list it."""
+    sentence on this line if the detections do not list it."""
     first, further = result.decision.first, result.decision.further
     item = None if further is None or further.verdict != "named" else further.first
     if first is None or item is None or not is_line(item) or item.regular is not None:
@@ -221,15 +226,15 @@ def _explains_more(result: Diagnosis) -> str | None:
     if result.further:
         return result.further[0].name
     named = None if result.named is None else result.named.regular
-    left = result.findings.without(named).causes
+    left = result.detections.without(named).causes
     return left[0].effect.name if left else None
 
 
 def _further_size(result: Diagnosis) -> list[str]:
     """Return a sentence on the size of the effect that would be named next, for a line also on its
-    order or frequency. There is no sentence for lines that the findings list."""
+    order or frequency. There is no sentence for lines that the detections list."""
     item = result.further[0] if result.further else None
-    listed = {cause.effect.name for cause in result.findings.causes}
+    listed = {cause.effect.name for cause in result.detections.causes}
     if item is None or (is_line(item) and item.name in listed):
         return []
     words = size_sentence(item)
@@ -253,7 +258,7 @@ def size_sentence(item: Candidate) -> str:
         (name, value)
         for name, value in every.items()
         if name not in left_out
-        and not name.endswith("phase")
+        and kind_of(name, value) != "phase"
         and np.isfinite(value.sigma)
         and value.sigma > 0.0
     ]

@@ -9,7 +9,7 @@ from arctrue.workbench.diagnose.aliases import aliases
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.coverage import Coverage
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
-from arctrue.workbench.diagnose.second_finding import SecondFinding
+from arctrue.workbench.diagnose.remaining_error import RemainingError
 from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.residuals import Residuals
@@ -80,14 +80,14 @@ def _noise_data(result: Diagnosis) -> dict[str, Any]:
     return data
 
 
-def _findings_data(result: Diagnosis) -> dict[str, Any]:
-    """Return the findings in the reference as JSON, with the damped oscillation of the decision if
-    it has one."""
-    found, seen = result.findings, result.decision.oscillation
+def _detections_data(result: Diagnosis) -> dict[str, Any]:
+    """Return the detections in the reference as JSON, with the damped oscillation of the decision
+    if it has one."""
+    found, seen = result.detections, result.decision.oscillation
     return found.data() if seen is None else replace(found, oscillation=seen).data()
 
 
-def _second_data(found: SecondFinding | None) -> dict[str, Any] | None:
+def _second_data(found: RemainingError | None) -> dict[str, Any] | None:
     """Return the error that remains with the named effect in the model, as JSON."""
     if found is None:
         return None
@@ -135,7 +135,7 @@ def diagnosis_data(result: Diagnosis, model: list[str]) -> dict[str, Any]:
         "look_alikes": dict(said.look_alikes),
         "masked": [row.data() for row in result.observations.masked],
         "negligible": [item.name for item in result.negligible],
-        "findings": _findings_data(result),
+        "findings": _detections_data(result),
         "index_scatter_arcsec": None
         if result.index_scatter is None
         else result.index_scatter.rms_arcsec,

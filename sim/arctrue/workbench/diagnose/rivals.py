@@ -54,8 +54,8 @@ def same_by_definition(best: Candidate, product: Candidate) -> bool:
         return True
     if best.effect.in_parts and set(product.effect.parts) == set(best.effect.in_parts):
         return True
-    alike_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
-    return alike_here and not best.lacking_variety
+    equal_here = product.rank == best.rank and abs(product.gain / best.gain - 1.0) < SAME_GAIN
+    return equal_here and not best.lacking_variety
 
 
 def contains(best: Candidate, product: Candidate) -> bool:

@@ -48,7 +48,7 @@ class SameRamp:
     first."""
 
     def words(self) -> str:
-        """Return the finding in words, with the alternatives that these runs cannot separate."""
+        """Return the detection in words, with the alternatives that these runs cannot separate."""
         causes = " or ".join(WORDS[item] for item in self.coordinates)
         return (
             f"the reading of head {self.head} minus that of head 1 changes evenly within every "

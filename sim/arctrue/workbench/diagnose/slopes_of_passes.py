@@ -37,7 +37,8 @@ DIFFERS = 3.0
 standard deviations within the passes."""
 FOLLOWS = 0.98
 """Smallest correlation, over three or more passes, at which the slopes follow a condition; the
-columns of two effects count as equal at this correlation too (ALIKE in :mod:`confounded`)."""
+columns of two effects count as equal at this correlation too (EQUAL_COLUMNS in
+:mod:`confounded`)."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class SlopesOfPasses:
     words, by name."""
 
     def sentence(self) -> str:
-        """Return the finding with the recorded conditions that may cause it."""
+        """Return the detection with the recorded conditions that may cause it."""
         size = f"{angle_words(self.size_arcsec)} over {self.arc_deg:.4g}°"
         words = f"{size} (u {angle_words(self.sigma_arcsec)})"
         if self.passes == 2:

@@ -17,7 +17,7 @@ LEAST_SIDE = 4
 """Smallest number of such samples; their scatter must be known."""
 SURE = 6.0
 """Smallest step in standard uncertainties from 16 samples; it equals the limit of recurring slips
-(:mod:`arctrue.workbench.diagnose.slips_alike`)."""
+(:mod:`arctrue.workbench.diagnose.equal_slips`)."""
 
 
 def heads_that_step(residuals: Residuals, place: Nonlinear) -> str | None:

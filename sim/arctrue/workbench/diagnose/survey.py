@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import RUNS_ARE_THE_SAMPLE, Candidate
+from arctrue.workbench.diagnose.detections import Detections
 from arctrue.workbench.diagnose.every_pass import on_every_pass
-from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.lack_of_fit import capture_lack_of_fit, reference_lack_of_fit
 from arctrue.workbench.inference.held_out import holds_out
 from arctrue.workbench.inference.residuals import Residuals
@@ -84,8 +84,8 @@ class Survey:
     parts: list[Candidate] = field(default_factory=list)
     untestable: Mapping[str, list[str]] = field(default_factory=dict)
     channels: Mapping[str, FitOfChannel] = field(default_factory=dict)
-    findings: Findings = field(default_factory=Findings)
-    """Findings of a forward search with this model."""
+    detections: Detections = field(default_factory=Detections)
+    """Detections of a forward search with this model."""
     tested: int = 0
     """Number of effects of the catalogue that the set can test, although a test may give no
     candidate."""
@@ -157,7 +157,7 @@ class Survey:
     def is_the_reversal(self, item: Candidate) -> bool:
         """Tell whether the candidate is the reversal error that the passes of the record
         confirm."""
-        found = self.findings.reversal
+        found = self.detections.reversal
         return found is not None and found.confirmed and set(item.effect.in_parts) == OF_A_REVERSAL
 
     def may_be_a_constant_of_the_model(self, item: Candidate) -> bool:

@@ -7,10 +7,23 @@ with all heads before it, and this module combines the columns with the same wei
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
 from arctrue.workbench.observations.rows import CaptureRows
+
+_OF_HEADS: WeakKeyDictionary[CaptureRows, dict[int, CaptureRows]] = WeakKeyDictionary()
+"""Rows of each head, for the rows of all channels."""
+
+
+def _of_heads(rows: CaptureRows) -> dict[int, CaptureRows]:
+    """Return the rows of each head. These objects are stored, so that an effect that keeps data for
+    its rows gets the same object again."""
+    if rows not in _OF_HEADS:
+        _OF_HEADS[rows] = {head: rows.of_head(head) for head in range(2, rows.heads + 1)}
+    return _OF_HEADS[rows]
 
 
 def capture_block(
@@ -21,11 +34,12 @@ def capture_block(
     if rows.channel is None:
         return effect.capture_columns(rows, nonlinear, context)
     total: Columns | None = None
-    for head in range(2, rows.heads + 1):
-        columns = effect.capture_columns(rows.of_head(head), nonlinear, context)
+    weights = rows.weights
+    for head, of_head in _of_heads(rows).items():
+        columns = effect.capture_columns(of_head, nonlinear, context)
         if columns is None:
             continue
-        weighted = rows.weights[rows.channel, head - 2][:, np.newaxis] * columns
+        weighted = weights[rows.channel, head - 2][:, np.newaxis] * columns
         total = weighted if total is None else total + weighted
     return total
 

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+Kind = Literal["value", "amplitude", "phase"]
+"""Kind of a parameter: an amplitude is not negative, a phase in degrees is the same after a whole
+turn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +21,26 @@ class Parameter:
     value: float
     sigma: float
     unit: str
+    kind: Kind | None = field(default=None, compare=False)
+    """Kind that the effect declares; None: the end of the name states it (:func:`kind_of`)."""
+
+
+def kind_of(name: str, parameter: Parameter) -> Kind:
+    """Return the kind of a parameter.
+
+    A file of an own effect, or of a model, may declare no kind: a name that ends in ``amplitude``
+    is then an amplitude, a name that ends in ``phase`` with the unit ``deg`` is a phase.
+    """
+    if parameter.kind is not None:
+        return parameter.kind
+    if name.endswith("amplitude"):
+        return "amplitude"
+    return "phase" if name.endswith("phase") and parameter.unit == "deg" else "value"
+
+
+def phases_among(parameters: Mapping[str, Parameter]) -> frozenset[str]:
+    """Return the names of the parameters that are phases."""
+    return frozenset(name for name, item in parameters.items() if kind_of(name, item) == "phase")
 
 
 def amplitude_and_phase(
@@ -35,8 +61,8 @@ def amplitude_and_phase(
         min(float(np.degrees(across_sigma / amplitude)), float(limit)) if amplitude > 0.0 else limit
     )
     return {
-        f"{prefix}amplitude": Parameter(amplitude, along_sigma, unit),
+        f"{prefix}amplitude": Parameter(amplitude, along_sigma, unit, "amplitude"),
         f"{prefix}phase": Parameter(
-            float(np.degrees(np.arctan2(-sine, cosine))), phase_sigma, "deg"
+            float(np.degrees(np.arctan2(-sine, cosine))), phase_sigma, "deg", "phase"
         ),
     }

@@ -379,11 +379,11 @@ def _distinct(found: list[Condition], observations: Observations) -> list[Condit
             scale = float(np.sqrt(np.mean(centred**2))) if centred.size else 0.0
             if scale <= 1e-9 * max(float(np.abs(shape).max(initial=0.0)), 1e-30):
                 continue
-            alike = [
+            correlations = [
                 abs(float(centred @ other)) / (np.linalg.norm(centred) * np.linalg.norm(other))
                 for other in shapes
             ]
-            if max(alike, default=0.0) > 0.9999:
+            if max(correlations, default=0.0) > 0.9999:
                 continue
             shapes.append(centred)
         kept.append(condition)

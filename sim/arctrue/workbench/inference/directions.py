@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from arctrue.workbench.effects.base import FitContext
+from arctrue.workbench.effects.parameter import Parameter, phases_among
 from arctrue.workbench.inference.design_matrix import Term, channel_sums
 from arctrue.workbench.inference.fitted import Fitted
-from arctrue.workbench.inference.named import labels, values_of
+from arctrue.workbench.inference.named import labels, parameters_of
 from arctrue.workbench.inference.tangents import refined_names, tangent_terms
 from arctrue.workbench.noise.noise import Noise
 from arctrue.workbench.numeric.least_squares import divided_by_constants
@@ -178,6 +179,7 @@ def _slopes(
     squares = np.sum(directions.undetermined**2, axis=1)
     moves = np.bincount(owners, squares, len(solution.terms)) > MOST_UNDETERMINED**2
     rows = {name: row for row, name in enumerate(names)}
+    phases = phases_among(_parameters(solution, at))
     found = np.zeros((len(names), at.size))
     for place in np.flatnonzero(moves[owners]).tolist():
         step, owner = steps[place], int(owners[place])
@@ -187,15 +189,19 @@ def _slopes(
         below = _values(solution, at - moved, owner)
         for name, value in above.items():
             rise = value - below[name]
-            if name.endswith("phase"):
+            if name in phases:
                 rise = np.remainder(rise + 180.0, 360.0) - 180.0
             found[rows[name], place] = rise / (2.0 * step)
     return found
 
 
 def _values(solution: Fitted, at: Float, owner: int | None = None) -> dict[str, float]:
-    """Return every parameter at these values of the unknowns; only the parameters of one term if
-    its number ``owner`` is given."""
+    """Return the value of every parameter at these values of the unknowns; only those of one term
+    if its number ``owner`` is given."""
+    return {name: item.value for name, item in _parameters(solution, at, owner).items()}
+
+
+def _parameters(solution: Fitted, at: Float, owner: int | None = None) -> dict[str, Parameter]:
     shared = place = sum(solution.widths)
     terms = []
     for term in solution.terms:
@@ -204,4 +210,4 @@ def _values(solution: Fitted, at: Float, owner: int | None = None) -> dict[str, 
         place += len(own)
         terms.append(replace(term, nonlinear={**term.nonlinear, **moved}) if own else term)
     wanted = None if owner is None else {owner}
-    return values_of(terms, solution.widths, at[:shared], solution.observations, wanted)
+    return parameters_of(terms, solution.widths, at[:shared], solution.observations, wanted)

@@ -51,7 +51,19 @@ def values_of(
 ) -> dict[str, float]:
     """Return the value of every parameter; ``wanted`` limits the result to the terms with these
     numbers."""
-    found: dict[str, float] = {}
+    every = parameters_of(terms, widths, coefficients, observations, wanted)
+    return {name: item.value for name, item in every.items()}
+
+
+def parameters_of(
+    terms: Sequence[Term],
+    widths: Sequence[int],
+    coefficients: Float,
+    observations: Observations,
+    wanted: Collection[int] | None = None,
+) -> dict[str, Parameter]:
+    """Return every parameter without its uncertainty; ``wanted`` as in :func:`values_of`."""
+    found: dict[str, Parameter] = {}
     start = 0
     for number, (label, term, width) in enumerate(zip(labels(terms), terms, widths, strict=True)):
         part = slice(start, start + width)
@@ -59,5 +71,5 @@ def values_of(
         if wanted is None or number in wanted:
             none = np.zeros((width, width))
             own = term_parameters(term, coefficients[part], none, {}, observations)
-            found |= {f"{label}.{name}": item.value for name, item in own.items()}
+            found |= {f"{label}.{name}": item for name, item in own.items()}
     return found

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import ndtri
 
+from arctrue.workbench.effects.parameter import kind_of, phases_among
 from arctrue.workbench.inference.constrained import (
     Condition,
     ConditionError,
@@ -28,7 +29,7 @@ from arctrue.workbench.inference.constrained import (
     restricted_likelihood_of,
 )
 from arctrue.workbench.inference.design_matrix import channel_prediction, channel_sums
-from arctrue.workbench.inference.named import labels, values_of
+from arctrue.workbench.inference.named import labels, parameters_of, values_of
 from arctrue.workbench.inference.significance import MANY
 from arctrue.workbench.inference.solution import Solution, joint_normal
 from arctrue.workbench.inference.tangents import tangent_terms
@@ -85,7 +86,8 @@ def limit_of(level: float, freedom: float) -> float:
 class Profile:
     """The likelihood along one parameter of a fit.
 
-    ``limits``: bounds of the parameter; ``fit.conditions`` does not contain them.
+    ``limits``: bounds of the parameter, of a phase up to whole turns; ``fit.conditions`` does not
+    contain them.
     """
 
     fit: ConstrainedFit
@@ -104,10 +106,14 @@ class Profile:
             raise ValueError(f"no parameter {self.name}; there are: {', '.join(parameters)}")
         self._parameter = parameters[self.name]
         self._best = self._parameter.value
+        low, high = self.limits
+        if self._is_phase and np.isfinite(high - low):
+            turns = round((0.5 * (low + high) - self._best) / 360.0)
+            self.limits = (low - 360.0 * turns, high - 360.0 * turns)
 
     @property
     def _is_phase(self) -> bool:
-        return self._parameter.unit == "deg" and self.name.endswith("phase")
+        return kind_of(self.name, self._parameter) == "phase"
 
     def _condition(self, value: float) -> Condition:
         def difference(parameters: dict[str, float]) -> float:
@@ -239,7 +245,8 @@ class Profile:
         term = solution.terms[labels(solution.terms).index(label)]
         if any(item.name == own for item in term.effect.search):
             return term.effect.search_range(own)
-        return (0.0 if own.endswith("amplitude") else -np.inf), np.inf
+        is_amplitude = kind_of(self.name, self._parameter) == "amplitude"
+        return (0.0 if is_amplitude else -np.inf), np.inf
 
     def _limit_reached(self, way: float, farthest: float) -> float:
         low, high = self._range()
@@ -340,6 +347,9 @@ def slopes_of(fit: ConstrainedFit, names: Sequence[str]) -> Float:
     solution = fit.solution
     spread = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0))
     shared = sum(solution.widths)
+    phases = phases_among(
+        parameters_of(solution.terms, solution.widths, solution.coefficients, solution.observations)
+    )
     found = np.zeros((len(names), spread.size))
     for place in range(spread.size):
         width = 1e-4 * spread[place]
@@ -348,7 +358,7 @@ def slopes_of(fit: ConstrainedFit, names: Sequence[str]) -> Float:
         sides = [_at(solution, place, shared, sign * width) for sign in (1.0, -1.0)]
         for number, name in enumerate(names):
             rise = sides[0][name] - sides[1][name]
-            if name.endswith("phase"):
+            if name in phases:
                 rise = float(np.remainder(rise + HALF_TURN_DEG, 360.0) - HALF_TURN_DEG)
             found[number, place] = rise / (2.0 * width)
     return found

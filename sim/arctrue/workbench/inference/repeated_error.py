@@ -59,7 +59,7 @@ class RepeatedError:
         return bool(self.spots) or self.step is not None
 
     def words(self) -> str:
-        """Return the finding in words."""
+        """Return the detection in words."""
         if self.step is not None:
             return (
                 f"in each of {self.passes} passes the error steps at {_of_spot(self.step)} and "
@@ -81,7 +81,7 @@ class RepeatedError:
         return f"{kind} off in each of {self.passes} passes: {said}{more}"
 
     def data(self) -> dict[str, object]:
-        """Return the finding as JSON."""
+        """Return the detection as JSON."""
         return {
             "rms_arcsec": self.rms_arcsec,
             "passes": self.passes,

@@ -309,7 +309,7 @@ class Visits:
         left = max(float(count @ means**2) - taken, 1e-300)
         if free < 1.0 or test.upper_p(left / free, free) >= FAMILY_WISE:
             return 0.0
-        if _neighbours_are_alike(means - shape * float(count @ (means * shape)) / square):
+        if _neighbours_agree(means - shape * float(count @ (means * shape)) / square):
             return 0.0
         return float(fdtrc(rank, test.effective(free), taken / rank * free / left))
 
@@ -465,7 +465,7 @@ def _is_coloured(noise: RowNoise | None) -> bool:
     return noise is not None and any(item.variances.any() for item in noise.spectra)
 
 
-def _neighbours_are_alike(values: Float) -> bool:
+def _neighbours_agree(values: Float) -> bool:
     """Tell whether successive values differ less than independent ones, by von Neumann's ratio.
 
     The ratio of independent values has the mean 2 and about the variance 4/n (von Neumann, Ann.

@@ -93,7 +93,7 @@ class Explanation:
     left: Left
     verdict: Diagnosis
     """Verdict on the final model."""
-    alike: tuple[NotSeparated, ...] = ()
+    similar: tuple[NotSeparated, ...] = ()
     """Alternatives to each added cause, and to the effect in the final verdict."""
 
 
@@ -133,7 +133,7 @@ def explain(
         grown = replace(grown, history=[step])
     verdict = _verdict(solution, observations, effects, matters_counts)
     # The alternatives to each effect of the model, in the order of its effects.
-    alike: list[NotSeparated | None] = [None] * kept
+    similar: list[NotSeparated | None] = [None] * kept
     while len(grown.effects) - kept < MOST_ADDED:
         # A refused effect ends the explanation only if no other effect would be named.
         next_effect = verdict.named or verdict.instead
@@ -149,16 +149,16 @@ def explain(
             break
         if len(further.effects) == len(grown.effects):
             # The model had the effect with other settings; the effect has moved to the end.
-            del alike[grown.names().index(name)]
+            del similar[grown.names().index(name)]
         grown = further
-        alike.append(not_separated(verdict))
+        similar.append(not_separated(verdict))
         report_step("diagnosing the remaining error")
         verdict = _verdict(solution, observations, effects, matters_counts)
     added = grown.names()
     grown, solution, idle = _without_idle(grown, solution, kept, observations, effects, measurement)
     dropped = [added[place] for place in idle]
     for place in idle:
-        del alike[place]
+        del similar[place]
     if dropped:
         report_step("diagnosing the remaining error")
         verdict = _verdict(solution, observations, effects, matters_counts)
@@ -168,7 +168,7 @@ def explain(
         report_step(f"leaving {grown.effects[place].name} out once")
         _, without = fitted(_less(grown, place), observations, effects)
         cause = ExplainedCause(grown.effects[place], _taken(left_by(without), with_all))
-        causes.append((cause, alike[place]))
+        causes.append((cause, similar[place]))
     causes.sort(key=lambda item: -item[0].size_arcsec)
     unclear = [*(item for _, item in causes), not_separated(verdict)]
     return Explanation(

@@ -8,7 +8,7 @@ spectrum of the differences, without the frequencies that stand out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.special import chdtrc
 
 from arctrue.base.runs import run_spans
-from arctrue.workbench.observations.contrasts import contrast_weights
+from arctrue.workbench.observations.contrasts import contrast_weights, offset_weights
 
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
@@ -77,6 +77,16 @@ class HeadNoise:
     sigmas_arcsec: tuple[float, ...]
     """Standard deviation of each head, from head 1 on; empty if no independent noise of the heads
     explains the covariance."""
+    weights: Float = field(init=False, repr=False)
+    """Weights of the differences Rᵢ − R₁ in each channel, shape (H − 1, H − 1)."""
+    offset_weights: Float = field(init=False, repr=False)
+    """Weights of the offsets of a run's channels in each channel, shape (H − 1, H − 1)."""
+
+    def __post_init__(self) -> None:
+        """Compute the weights once, because many effects use them."""
+        heads = self.covariance.shape[0] + 1
+        object.__setattr__(self, "weights", contrast_weights(heads, self.covariance))
+        object.__setattr__(self, "offset_weights", offset_weights(heads, self.covariance))
 
     @property
     def differ(self) -> bool:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from arctrue.base.runs import run_spans
 from arctrue.base.units import ARCSEC_PER_TURN
+from arctrue.workbench.observations.file_lines import file_line
 from arctrue.workbench.observations.outliers.masked_row import MaskedRow
 from arctrue.workbench.observations.rows import CaptureRows, ReferenceRows
 from arctrue.workbench.observations.stored import StoredCapture
@@ -87,8 +88,7 @@ class Observations:
         int
             Number of the line; the header is line 1.
         """
-        used = self.used_capture_rows
-        return (sample if used is None else int(used[sample])) + 2
+        return file_line(self.used_capture_rows, sample)
 
     def reference_line(self, row: int) -> int:
         """Find the line in the file of a reference row that is used.
@@ -103,8 +103,7 @@ class Observations:
         int
             Number of the line; the header is line 1.
         """
-        used = self.used_reference_rows
-        return (row if used is None else int(used[row])) + 2
+        return file_line(self.used_reference_rows, row)
 
     @property
     def every_reference_row(self) -> ReferenceRows | None:

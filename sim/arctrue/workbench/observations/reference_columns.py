@@ -3,7 +3,6 @@ moves."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from arctrue.base.percent import percent
 from arctrue.workbench.observations.different_stations import stations_of
+from arctrue.workbench.observations.file_lines import file_line
 from arctrue.workbench.observations.reference_speed import MOVING_STEP_DEG, continued
 from arctrue.workbench.observations.rows import ReferenceRows
 
@@ -52,12 +52,13 @@ FALSE_P = 1e-6
 rows elsewhere."""
 
 
-def direction_faults(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]:
+def direction_faults(rows: ReferenceRows, used: Integer | None) -> list[str]:
     """Describe the first pass whose direction its targets contradict; empty if there is none.
 
-    ``line_of`` gives the line in the file of a row. Only rows in motion are examined, because a
-    single station may be approached against the order of the stations. If the targets of all passes
-    go against their directions, the column states the opposite sign of motion, which is accepted.
+    ``used``: numbers in the file of the rows, None if all rows are used. Only rows in motion are
+    examined, because a single station may be approached against the order of the stations. If the
+    targets of all passes go against their directions, the column states the opposite sign of
+    motion, which is accepted.
     """
     if rows.direction is None or rows.time_s is None:
         return []
@@ -93,15 +94,16 @@ def direction_faults(rows: ReferenceRows, line_of: Callable[[int], int]) -> list
     if not wrong:
         return []
     first, _, advice = wrong[0]
+    line = file_line(used, first)
     steps = sum(count for _, count, _ in wrong)
     return [
-        f"reference, row {line_of(first) - 2} of the data, line {line_of(first)} of the file: "
+        f"reference, row {line - 2} of the data, line {line} of the file: "
         f"target_deg moves against the column direction, as in {steps} of {target.size - 1} steps; "
         f"expected steps in the direction{advice}"
     ]
 
 
-def frozen_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]:
+def frozen_rows(rows: ReferenceRows, used: Integer | None) -> list[str]:
     """Describe the longest sequence of equal errors while the target moves, if it is longer than
     the equal rows elsewhere explain; empty if it is not."""
     error, size = rows.error_arcsec, rows.error_arcsec.size
@@ -123,15 +125,16 @@ def frozen_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]
         return []
     if size * chance**length > FALSE_P:
         return []
+    line, last = file_line(used, start), file_line(used, start + length)
     return [
-        f"reference, rows {line_of(start) - 2} to {line_of(start + length) - 2} of the data, line "
-        f"{line_of(start)} of the file on: error_arcsec has one value in {length + 1} successive "
+        f"reference, rows {line - 2} to {last - 2} of the data, line {line} of the file on: "
+        f"error_arcsec has one value in {length + 1} successive "
         f"rows while target_deg moves; elsewhere {percent(float(others.sum()) / left)} of the rows "
         "equal the row before: the reference or its logger stood still; mask these rows (mask.csv)"
     ]
 
 
-def saturated_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[str]:
+def saturated_rows(rows: ReferenceRows, used: Integer | None) -> list[str]:
     """Describe the rows with exactly the largest or the smallest error, at the limits of the
     instrument's range, if they are too many for an extremum; empty if they are not.
 
@@ -158,10 +161,10 @@ def saturated_rows(rows: ReferenceRows, line_of: Callable[[int], int]) -> list[s
         f"its {'largest' if end else 'smallest'} value in {number} rows" for end, number in ends
     )
     return [
-        f"reference, line {line_of(first)} of the file on: error_arcsec has exactly {said}, "
-        f"{percent(sum(number for _, number in ends) / size)} of the rows; no other value occurs "
-        f"in more than {usual}: the instrument is at the limit of its range; align it so that the "
-        "error stays within its range, or mask these rows (mask.csv)"
+        f"reference, line {file_line(used, first)} of the file on: error_arcsec has exactly "
+        f"{said}, {percent(sum(number for _, number in ends) / size)} of the rows; no other value "
+        f"occurs in more than {usual}: the instrument is at the limit of its range; align it so "
+        "that the error stays within its range, or mask these rows (mask.csv)"
     ]
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.base.units import ARCSEC_PER_RAD
-from arctrue.workbench.observations.contrasts import contrast_weights, offset_weights
+from arctrue.workbench.observations.contrasts import contrast_weights
 from arctrue.workbench.observations.head_noise import HeadNoise
 
 Float = NDArray[np.float64]
@@ -156,19 +155,19 @@ class CaptureRows(_Sliceable):
         """Number of rows per sample."""
         return 1 if self.channel is None else self.heads - 1
 
-    @cached_property
+    @property
     def weights(self) -> Float:
         """Weights of the differences Rᵢ − R₁ in each channel, (heads − 1, heads − 1)."""
         noise = self.head_noise
-        return contrast_weights(self.heads, None if noise is None else noise.covariance)
+        return contrast_weights(self.heads) if noise is None else noise.weights
 
-    @cached_property
+    @property
     def offset_weights(self) -> Float | None:
         """Weights of the offsets of a run's channels in each channel, (channels, channels); None if
         each channel has its own offset only."""
         if self.head_noise is None or self.channel is None:
             return None
-        return offset_weights(self.heads, self.head_noise.covariance)
+        return self.head_noise.offset_weights
 
     def offsets_of_rows(self, offsets: Float) -> Float:
         """Return the sum that the offsets of the runs add to each row.
@@ -183,8 +182,9 @@ class CaptureRows(_Sliceable):
         ndarray, shape (rows,)
             The sum of the offsets of the row's recorded run, in the weights of its channel.
         """
-        if self.offset_weights is not None:
-            mixed = offsets.reshape(-1, self.channels) @ self.offset_weights.T
+        weights = self.offset_weights
+        if weights is not None:
+            mixed = offsets.reshape(-1, self.channels) @ weights.T
             offsets = mixed.reshape(-1)
         return offsets[self.run]
 
@@ -227,7 +227,7 @@ class CaptureRows(_Sliceable):
             if head == self.head:
                 return self
             raise ValueError(f"these rows are of head {self.head}, not of head {head}")
-        return self._of_heads[head]
+        return self._asked_of(head)
 
     def as_recorded(self, head: int) -> CaptureRows:
         """Return these rows, all of channel 0, as if the capture had only head 1 and this head.
@@ -257,12 +257,6 @@ class CaptureRows(_Sliceable):
             further_line_rad=None,
             further_electrical_rad=None,
         )
-
-    @cached_property
-    def _of_heads(self) -> dict[int, CaptureRows]:
-        """Rows of each head. These objects are stored, so that an effect that keeps data for its
-        rows gets the same object again."""
-        return {head: self._asked_of(head) for head in range(2, self.heads + 1)}
 
     def _asked_of(self, head: int) -> CaptureRows:
         assert self.channel is not None

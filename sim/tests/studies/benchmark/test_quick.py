@@ -13,12 +13,12 @@ from arctrue.studies.benchmark.work import run_set
 from arctrue.studies.benchmark.worlds import WORLDS
 
 SECOND = "a wrong second name in addition to the right one"
-ALIKE = "two effects of the reference that differ by little in coloured noise"
+SIMILAR = "two effects of the reference that differ by little in coloured noise"
 DRIFT = "slow noise of the reference explains a drift"
 CLASS = "the truth is first in its class, but the set could separate the effects of the class"
 NOT_YET = {
-    2493580720761225: ALIKE,
-    384265469022276: ALIKE,
+    2493580720761225: SIMILAR,
+    384265469022276: SIMILAR,
     5938189884099881: DRIFT,
     8099158314891287: CLASS,
     6718972854943811: CLASS,

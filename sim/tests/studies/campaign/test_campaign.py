@@ -230,7 +230,7 @@ def test_contradicting_results_are_refused(tmp_path: Path) -> None:
 def test_a_killed_worker_loses_nothing(tmp_path: Path) -> None:
     reported: list[Speed] = []
     work = campaign(tmp_path / "c", 12, "killed_once", mark=str(tmp_path / "mark"))
-    assert work.run(workers=2, progress=reported.append) == 12
+    assert work.run(workers=2, report_speed=reported.append) == 12
     assert (tmp_path / "mark").exists()
     assert squares(tmp_path / "c") == [n**2 for n in range(12)]
     assert [item.done for item in reported] == sorted(item.done for item in reported)

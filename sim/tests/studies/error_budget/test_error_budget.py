@@ -18,7 +18,8 @@ from arctrue.calibration.least_squares import least_squares
 from arctrue.calibration.transfer_function import noise_gain
 from arctrue.cli import main
 from arctrue.metrology.budget import Contribution
-from arctrue.report.error_budget_page import error_budget_page, plot_error_budget
+from arctrue.report.charts.error_budget_picture import plot_error_budget
+from arctrue.report.error_budget_page import error_budget_page
 from arctrue.studies.error_budget import chain
 from arctrue.studies.error_budget.chain import (
     HEAD_SEPARATION_RAD,

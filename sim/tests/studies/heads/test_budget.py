@@ -17,8 +17,8 @@ import pytest
 from numpy.typing import NDArray
 
 from arctrue.base.json_text import plain
-from arctrue.studies.heads.bench import Bench
 from arctrue.studies.heads.budget import budget
+from arctrue.studies.heads.self_calibrated_table import SelfCalibratedTable
 
 Float = NDArray[np.float64]
 ROOT = Path(__file__).resolve().parents[4]
@@ -148,7 +148,7 @@ def rows(request: pytest.FixtureRequest) -> dict[str, float]:
     """Return the uncertainties of a budget that is computed now, and of the page."""
     found = COMMITTED["budget"]
     if request.param == "small":
-        found = plain(budget(Bench(samples_a_turn=4000, seed=2), 2e-6, 1e-4))
+        found = plain(budget(SelfCalibratedTable(samples_a_turn=4000, seed=2), 2e-6, 1e-4))
     return {one["name"]: one["u_arcsec"] for one in found}
 
 

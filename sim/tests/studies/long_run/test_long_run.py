@@ -14,7 +14,8 @@ from msgspec import structs
 from sim.tests.instrument.sizes import LANES, SAMPLES
 
 from arctrue.base.json_text import plain
-from arctrue.report.long_run_page import long_run_page, plot_long_run
+from arctrue.report.charts.long_run_picture import plot_long_run
+from arctrue.report.long_run_page import long_run_page
 from arctrue.studies.long_run.experiment import run_long, shortened
 from arctrue.studies.long_run.learned_model import as_coefficients, learn, telemetry_orders
 from arctrue.studies.long_run.truth import Truth

@@ -131,7 +131,7 @@ def test_the_spin_obeys_its_equation_of_motion() -> None:
     assert found == pytest.approx(repeated, abs=0.2 * largest)
 
 
-def test_means_keep_what_the_heads_see_alike_of_the_disc() -> None:
+def test_means_keep_what_the_heads_see_equally_of_the_disc() -> None:
     """The mean of heads at 180° keeps the even orders of the disc, and the mean of heads at 120°
     keeps the multiples of three. These orders keep their amplitude; all others disappear."""
     world = World(dataclasses.replace(SHORT, radial_motion_m=0.0))

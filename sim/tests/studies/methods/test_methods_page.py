@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from arctrue.report.methods_page import methods_page, plot_methods
+from arctrue.report.charts.methods_picture import plot_methods
+from arctrue.report.methods_page import methods_page
 
 ROOT = Path(__file__).resolve().parents[4]
 FOUND = json.loads((ROOT / "docs" / "data" / "methods.json").read_text(encoding="utf-8"))

@@ -56,7 +56,7 @@ def test_truth_is_the_error_at_even_readings() -> None:
     np.testing.assert_allclose(components(*true_error(table, 20.0)), expected, atol=1e-6)
 
 
-def test_an_input_is_drawn_alike_in_every_case() -> None:
+def test_an_input_is_drawn_equally_in_every_case() -> None:
     alone = {name: drawn(7, name) for name in CASES if name != "all"}
     together = drawn(7, "all")
     assert drawn(7, "quantisation") == dict(QUIET)

@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 from arctrue.cli import main
-from arctrue.report.paper_drawings import DRAWINGS, draw_figures, drawing_name
+from arctrue.report.charts.paper_drawings import DRAWINGS, draw_figures, drawing_name
 from arctrue.report.paper_figures import expected_order_arcsec
 from arctrue.report.paper_page import paper_page
 from arctrue.studies.paper.equations import EQUATIONS

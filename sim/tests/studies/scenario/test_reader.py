@@ -67,7 +67,7 @@ for_turns = 0.25
     assert end - begin == pytest.approx(3.0)
 
 
-def test_coefficients_are_read_beside_the_scenario(tmp_path: Path) -> None:
+def test_coefficients_are_read_next_to_the_scenario(tmp_path: Path) -> None:
     """The reader finds coefficients next to the scenario: a relative path starts at the folder of
     the scenario. The message about a bad file names its key."""
     bank = Coefficients.from_harmonics([3], [2.5], [0.4], 1 << 20, 4)

@@ -191,7 +191,7 @@ def test_a_gain_of_the_autocollimator() -> None:
         (0.0, 60.0, 60.0 * np.sin(np.deg2rad(2.0))),
     ],
 )
-def test_a_polygon_beside_the_axis_and_one_that_leans(
+def test_a_polygon_off_the_axis_and_one_that_leans(
     offset_m: float, tilt_arcsec: float, amplitude_arcsec: float
 ) -> None:
     tilt_rad = np.deg2rad(tilt_arcsec / 3600)

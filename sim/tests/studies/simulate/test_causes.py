@@ -302,7 +302,7 @@ def test_dirt_has_a_flat_top_and_two_sides() -> None:
     np.testing.assert_allclose(found, np.exp(-0.5 * away**6), rtol=1e-9)
 
 
-def test_wobbling_pitch_puts_lines_beside_the_order_of_the_teeth() -> None:
+def test_wobbling_pitch_puts_lines_next_to_the_order_of_the_teeth() -> None:
     gear = GearMesh(20, (1e-6,), (0.0,), 0.3, 0.7)
     angle = np.arange(1024) * (2 * np.pi / 1024)
     ones = np.ones_like(angle)

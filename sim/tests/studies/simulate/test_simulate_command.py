@@ -21,7 +21,7 @@ def simulate(*arguments: str) -> str:
     return done.output
 
 
-def test_truth_lies_beside_the_set_and_never_in_it(tmp_path: Path) -> None:
+def test_truth_lies_next_to_the_set_and_never_in_it(tmp_path: Path) -> None:
     out = tmp_path / "bench"
     simulate(str(out), "--effect", "count_slip", "--size", "8", "--seed", "4", "--experiment=lean")
     assert sorted(file.name for file in out.iterdir()) == ["capture.csv", "measurement.toml"]

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from arctrue.base.units import ARCSEC_PER_RAD
-from arctrue.report.stop_and_go_page import plot_stop_and_go, stop_and_go_page
+from arctrue.report.charts.stop_and_go_picture import plot_stop_and_go
+from arctrue.report.stop_and_go_page import stop_and_go_page
 from arctrue.studies.revolution import RevolutionSettings
 from arctrue.studies.stop_and_go.experiment import StopAndGoSettings, run_stop_and_go
 from arctrue.studies.stop_and_go.servo import Axis, Controller, Moves, drive

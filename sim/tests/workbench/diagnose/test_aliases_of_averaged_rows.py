@@ -1,4 +1,4 @@
-"""Tests that a line which is too fast for the averaged rows of a search gives no finding at its
+"""Tests that a line which is too fast for the averaged rows of a search gives no detection at its
 alias. The logs are made in this module: a motor that turns to and fro, in coloured noise."""
 
 from __future__ import annotations
@@ -166,7 +166,7 @@ def test_the_report_states_line_and_reversal_but_no_alias() -> None:
     assert "oscillation" not in words
     assert "With the named effect in the model an error remains: reference 4." in words
     assert "Up and down differ by" in words
-    reversal = found.findings.reversal
+    reversal = found.detections.reversal
     assert reversal is not None
     assert not reversal.confirmed
     assert reversal.size_arcsec == pytest.approx(8.0, abs=4.0 * 0.35)

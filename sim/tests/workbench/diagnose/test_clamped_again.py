@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
-from arctrue.workbench.diagnose.regular import findings_of
+from arctrue.workbench.diagnose.regular import detections_of
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
@@ -60,9 +60,9 @@ def test_runs_with_their_own_zero_and_eccentricity(seed: int) -> None:
     assert found.verdict == "unknown"
     assert "its own zero and its own order 1" in (found.decision.seen or "")
     assert "without touching heads" in (found.next_measurement or "")
-    assert not found.findings.steps
+    assert not found.detections.steps
     zero, cosine, sine = _clamped(seed)
-    change = found.findings.cycles
+    change = found.detections.cycles
     assert change is not None
     assert change.rms_arcsec == pytest.approx(float(np.std(zero)), abs=0.1)
     vector = float(np.hypot(np.std(cosine), np.std(sine)))
@@ -129,6 +129,6 @@ def test_one_change_between_two_runs_stays_one_change(seed: int) -> None:
 
 def test_the_finding_replaces_the_jump() -> None:
     base = [Term(built_in()["graduation_harmonics"](), {})]
-    found = findings_of(fit(base, observations_of(_set(_of_clamped(1), 1))), built_in())
+    found = detections_of(fit(base, observations_of(_set(_of_clamped(1), 1))), built_in())
     assert not found.steps
     assert found.slow is None

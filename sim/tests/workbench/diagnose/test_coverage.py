@@ -103,8 +103,8 @@ def test_adequate_says_what_it_covers() -> None:
     assert set(data["covers"]["smallest"]) == {item["effect"] for item in data["candidates"]}
     assert data["covers"]["cannot_be_tested"] == data["cannot_be_tested"]
     orders = np.arange(1, 599)
-    seen_alike = orders[np.abs(np.exp(1j * orders * ALPHA) - 1.0) < 1e-6]
-    assert data["covers"]["blind_orders"] == seen_alike.tolist() == [120, 240, 360, 480]
+    seen_equally = orders[np.abs(np.exp(1j * orders * ALPHA) - 1.0) < 1e-6]
+    assert data["covers"]["blind_orders"] == seen_equally.tolist() == [120, 240, 360, 480]
     probability = data["probability"]
     assert sum(probability.values()) == pytest.approx(1.0)
     assert max(probability, key=probability.__getitem__) == "none"

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose.regular import findings_of
+from arctrue.workbench.diagnose.regular import detections_of
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
@@ -47,9 +47,9 @@ def test_a_mirror_that_moves_between_the_cycles(seed: int) -> None:
     moved = (of_runs - of_runs.mean(axis=1, keepdims=True)).ravel()
     found = diagnosis_of(_with(np.repeat(moved, STATIONS)))
     assert found.verdict == "unknown"
-    assert found.findings.cycles is not None
+    assert found.detections.cycles is not None
     # The mean of 24 readings of 0.15″ has u = 0.03″; the model contains the mean of all cycles.
-    assert found.findings.cycles.rms_arcsec == pytest.approx(float(np.std(moved)), abs=0.1)
+    assert found.detections.cycles.rms_arcsec == pytest.approx(float(np.std(moved)), abs=0.1)
     said = " ".join(sentences(found))
     assert "changes from cycle to cycle by" in said
     assert "slow change" not in said
@@ -62,12 +62,12 @@ def test_a_walk_of_the_reference_is_no_change_between_cycles(seed: int) -> None:
     """A random walk changes within the cycles as much as between them, so that the diagnosis states
     no change between cycles."""
     walk = np.cumsum(np.random.default_rng(seed).normal(0.0, 0.12, STATIONS * CYCLES))
-    assert diagnosis_of(_with(walk)).findings.cycles is None
+    assert diagnosis_of(_with(walk)).detections.cycles is None
 
 
 @pytest.mark.large
 def test_white_noise_is_no_change_between_cycles() -> None:
-    assert diagnosis_of(_with(np.zeros(STATIONS * CYCLES))).findings.cycles is None
+    assert diagnosis_of(_with(np.zeros(STATIONS * CYCLES))).detections.cycles is None
 
 
 def _runs(
@@ -102,16 +102,16 @@ def test_each_run_has_its_own_zero() -> None:
     offsets = np.array([0.0, 35.0, -22.0, -50.0, 18.0, 60.0])
     found = diagnosis_of(_runs(offsets))
     assert found.verdict == "unknown"
-    assert found.findings.steps == ()
-    assert found.findings.cycles is not None
-    assert found.findings.cycles.rms_arcsec == pytest.approx(float(np.std(offsets)), abs=1.4)
+    assert found.detections.steps == ()
+    assert found.detections.cycles is not None
+    assert found.detections.cycles.rms_arcsec == pytest.approx(float(np.std(offsets)), abs=1.4)
     assert "changes from run to run by 36″ RMS" in " ".join(sentences(found))
 
 
 def test_a_jump_within_a_run_is_still_one() -> None:
     found = diagnosis_of(_runs(np.zeros(6), 40.0))
-    assert found.findings.cycles is None
-    assert len(found.findings.steps) == 1
+    assert found.detections.cycles is None
+    assert len(found.detections.steps) == 1
 
 
 def test_friction_that_is_taken_up_after_a_reversal_is_no_offset_of_the_run() -> None:
@@ -123,7 +123,7 @@ def test_friction_that_is_taken_up_after_a_reversal_is_no_offset_of_the_run() ->
     assert rows is not None
     way = np.tile(np.arange(300) * 1.2, 6)
     rows.error_arcsec[:] += 40.0 * rows.direction * (1.0 - 2.0 * np.exp(-way / 8.0))
-    assert findings_of(_fitted(made), built_in()).cycles is None
+    assert detections_of(_fitted(made), built_in()).cycles is None
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -135,7 +135,7 @@ def test_a_walk_over_the_pauses_is_no_offset_of_the_run(seed: int) -> None:
     steps = np.round(np.diff(rows.time_s, prepend=-0.03) / 0.03)
     walk = np.cumsum(np.sqrt(steps) * np.random.default_rng(seed).normal(0.0, 2.0, steps.size))
     rows.error_arcsec[:] += walk
-    assert findings_of(_fitted(made), built_in()).cycles is None
+    assert detections_of(_fitted(made), built_in()).cycles is None
 
 
 def _to_and_fro(reversal_arcsec: float, zero_arcsec: float, runs: int, seed: int) -> MeasurementSet:

@@ -114,7 +114,7 @@ def test_a_counter_of_too_few_bits_is_reported(head: int, bits: int) -> None:
 
 
 @pytest.mark.parametrize("size", [300_000, 2_000_000])
-def test_alike_slips_are_no_counter_that_starts_anew(size: int) -> None:
+def test_equal_slips_are_no_counter_that_starts_anew(size: int) -> None:
     """A head that loses the same number of counts in each of two runs has no counter that starts
     anew."""
     made, capture = _copied()

@@ -55,7 +55,7 @@ def test_in_a_log(period_s: float) -> None:
     shaken = driven_oscillator(random, time_s, period_s, 8.0)
     found = diagnosis_of(_log(0.5 * shaken + 0.4 * random.normal(size=time_s.size), time_s))
     assert found.verdict == "unknown"
-    oscillation = found.findings.oscillation
+    oscillation = found.detections.oscillation
     assert oscillation is not None
     assert oscillation.hz * period_s == pytest.approx(1.0, abs=OF_A_FREQUENCY)
     assert oscillation.rms_arcsec == pytest.approx(0.5, rel=0.3)
@@ -84,7 +84,7 @@ def test_faster_than_the_averaged_rows() -> None:
     [21, pytest.param(22, marks=pytest.mark.large), pytest.param(23, marks=pytest.mark.large)],
 )
 def test_the_alias_of_a_faster_oscillation_is_none(seed: int) -> None:
-    """The findings state an oscillation of 7 Hz and quality 60 at 7 Hz only, although averages of
+    """The detections state an oscillation of 7 Hz and quality 60 at 7 Hz only, although averages of
     6 rows of 0.02 s contain its alias at 1/0.12 s − 7 Hz = 1.33 Hz, with sinc(7 Hz · 0.12 s) = 18 %
     of its size."""
     random = np.random.default_rng(seed)
@@ -92,8 +92,8 @@ def test_the_alias_of_a_faster_oscillation_is_none(seed: int) -> None:
     shaken = driven_oscillator(random, time_s, 1.0 / 7.0, 60.0)
     found = diagnosis_of(_log(0.5 * shaken + 0.1 * random.normal(size=time_s.size), time_s))
     assert found.verdict == "unknown"
-    assert found.findings.oscillation is not None
-    assert found.findings.oscillation.hz == pytest.approx(7.0, rel=1.0 / 120.0)
+    assert found.detections.oscillation is not None
+    assert found.detections.oscillation.hz == pytest.approx(7.0, rel=1.0 / 120.0)
     said = [words for words in sentences(found) if "oscillation near" in words]
     assert len(said) == 1, said
 
@@ -210,7 +210,7 @@ def test_an_error_of_the_stations_is_no_oscillation() -> None:
     assert made.reference is not None
     made.reference.target_deg[:] = 3.0 * time_s
     found = diagnosis_of(made)
-    assert found.findings.places is not None
+    assert found.detections.places is not None
     assert found.decision.oscillation is None
 
 
@@ -270,7 +270,7 @@ def test_noise_without_a_resonance_has_none(kind: str) -> None:
     the tests above."""
     random = np.random.default_rng((5, list(NULLS).index(kind)))
     time_s = clock(random, 1500, 2.4, "jitter")
-    assert diagnosis_of(_log(NULLS[kind](random, time_s), time_s)).findings.oscillation is None
+    assert diagnosis_of(_log(NULLS[kind](random, time_s), time_s)).detections.oscillation is None
 
 
 @pytest.mark.large

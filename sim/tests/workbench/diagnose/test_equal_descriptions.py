@@ -36,7 +36,7 @@ def _joint(loads_nm: list[float], seed: int) -> MeasurementSet:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_load_that_rises_with_the_time_is_named_beside_it(seed: int) -> None:
+def test_a_load_that_rises_with_the_time_is_named_with_it(seed: int) -> None:
     """The load rises after every second run, so that direction × load and direction × time, scaled,
     differ only by a constant within the runs of one direction."""
     found = diagnosis_of(_joint([0.0, 0.0, 8.0, 8.0, 16.0, 16.0, 24.0, 24.0], seed))

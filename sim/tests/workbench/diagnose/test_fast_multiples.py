@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose.regular import findings_of
+from arctrue.workbench.diagnose.regular import detections_of
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
@@ -36,7 +36,7 @@ def test_the_second_multiple(seed: int) -> None:
     measurement = MeasurementSet(Table(drive_gear_teeth=TEETH), None, reference)
     effects = built_in()
     base = [Term(effects["graduation_harmonics"](), {})]
-    found = findings_of(fit(base, observations_of(measurement)), effects)
+    found = detections_of(fit(base, observations_of(measurement)), effects)
     assert [cause.effect.name for cause in found.causes] == ["drive_gear_error"]
     sizes = {line.multiple: line.amplitude_arcsec for line in found.causes[0].lines}
     assert sizes == {1: pytest.approx(3.0, abs=0.1), 2: pytest.approx(1.0, abs=0.1)}

@@ -18,9 +18,9 @@ from sim.tests.workbench.small_sets import measurement_set, paper_error
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose import classes
 from arctrue.workbench.diagnose import evidence as weighing
+from arctrue.workbench.diagnose.detections import Detections
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.every_pass import at_other_speeds, on_every_pass
-from arctrue.workbench.diagnose.findings import Findings
 from arctrue.workbench.diagnose.lack_of_fit import analysis_of_variance, fisher_p
 from arctrue.workbench.diagnose.parts_scan import (
     PartsCandidate,
@@ -455,7 +455,7 @@ def test_a_condition_that_adds_nothing_is_not_a_part() -> None:
 
 def _left(p_value: float, residual: float, noise: float, matters: float = 0.0) -> Any:
     channels = {"reference": FitOfChannel(residual, noise, p_value)}
-    survey = SimpleNamespace(channels=channels, matters_arcsec=matters, findings=Findings())
+    survey = SimpleNamespace(channels=channels, matters_arcsec=matters, detections=Detections())
     return SimpleNamespace(best=None, survey=survey)
 
 

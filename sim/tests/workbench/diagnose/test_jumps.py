@@ -12,7 +12,7 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.studies.benchmark.independent.sets import independent_set
-from arctrue.workbench.diagnose.regular import findings_of
+from arctrue.workbench.diagnose.regular import detections_of
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.fit import fit
@@ -73,7 +73,7 @@ def test_a_knock_of_the_stand_with_a_capture(size_arcsec: float) -> None:
         replace(measured, reference=replace(measured.reference, error_arcsec=error))
     )
     assert found.verdict == "unknown"
-    (jump,) = found.findings.steps
+    (jump,) = found.detections.steps
     assert jump.time_s == pytest.approx(4.0 * int(0.6 * count), abs=8.0)
     assert abs(jump.size_arcsec - size_arcsec) < WITHIN_U * jump.sigma_arcsec
     # Only about 115 of the 288 readings with 0.15″ of noise come after the step, and a drift is
@@ -94,7 +94,7 @@ def test_a_knock_in_stations_alone(stations: int, two_ways: bool) -> None:
     error = 0.4 * random.normal(size=count) + 4.0 * (np.arange(count) >= at)
     found = diagnosis_of(_stations(error, stations, two_ways=two_ways))
     assert found.verdict == "unknown"
-    (jump,) = found.findings.steps
+    (jump,) = found.detections.steps
     assert jump.time_s == pytest.approx(at * STATION_S, abs=STATION_S)
     assert abs(jump.size_arcsec - 4.0) < WITHIN_U * jump.sigma_arcsec
 
@@ -109,7 +109,7 @@ def test_a_slip_that_ends_with_its_run() -> None:
     assert measured.reference is not None
     found = diagnosis_of(replace(measured, reference=replace(measured.reference, run=run)))
     assert found.verdict == "unknown"
-    (jump,) = found.findings.steps
+    (jump,) = found.detections.steps
     assert jump.time_s == pytest.approx(48 * STATION_S, abs=STATION_S)
     assert abs(jump.size_arcsec - 19.8) < WITHIN_U * jump.sigma_arcsec
 
@@ -118,7 +118,7 @@ def test_without_times_the_row_is_said() -> None:
     random = np.random.default_rng(8)
     error = 0.3 * random.normal(size=144) + 5.0 * (np.arange(144) >= 80)
     found = diagnosis_of(_stations(error, 36, timed=False))
-    (jump,) = found.findings.steps
+    (jump,) = found.detections.steps
     assert (jump.time_s, jump.turns, jump.row) == (None, None, 80)
     assert "something jumped at row 80 by" in jump.words()
 
@@ -135,7 +135,7 @@ def test_the_row_of_a_jump_counts_the_rows_that_are_not_used() -> None:
         replace(measured, reference=replace(measured.reference, mask=mask))
     )
     solution = fit(default_model().terms(EFFECTS), observations)
-    (jump,) = findings_of(solution, EFFECTS).steps
+    (jump,) = detections_of(solution, EFFECTS).steps
     assert jump.row == 150
     assert "something jumped at row 150 by" in jump.words()
 
@@ -148,7 +148,7 @@ def test_what_a_named_effect_makes_is_no_jump() -> None:
     found = diagnosis_of(measured)
     assert found.named is not None
     assert found.named.name == "latency"
-    assert found.findings.steps == ()
+    assert found.detections.steps == ()
 
 
 def test_a_reversal_error_of_one_reversal_is_no_jump() -> None:
@@ -164,7 +164,7 @@ def test_a_reversal_error_of_one_reversal_is_no_jump() -> None:
         direction=up,
         error_arcsec=measured.reference.error_arcsec + 2.0 * up,
     )
-    assert diagnosis_of(replace(measured, reference=changed)).findings.steps == ()
+    assert diagnosis_of(replace(measured, reference=changed)).detections.steps == ()
 
 
 @pytest.mark.large
@@ -186,5 +186,5 @@ def test_an_excursion_of_slow_noise_is_no_jump() -> None:
         error = 20.0 * np.cos(angle) + 0.7 * slow + 0.7 * random.normal(size=rows)
         run = np.zeros(rows, dtype=np.int64)
         reference = Reference(np.degrees(angle), error, time_s=time_s, run=run)
-        found += bool(diagnosis_of(MeasurementSet(Table(), reference=reference)).findings.steps)
+        found += bool(diagnosis_of(MeasurementSet(Table(), reference=reference)).detections.steps)
     assert found <= 1

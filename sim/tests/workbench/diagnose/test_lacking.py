@@ -3,6 +3,8 @@ comes first, and a capture of two heads is for a table that has them."""
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,12 @@ from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.lacking import lacking_words, of_the_same_kind, separates
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.base import Parameter
+from arctrue.workbench.effects.missing import (
+    Missing,
+    lacking_capture,
+    lacking_key,
+    missing_of,
+)
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.model.growth import settle
 from arctrue.workbench.model.model import default_model
@@ -42,6 +50,25 @@ def test_the_words_that_contain_others_replace_them() -> None:
     longer = f"{CAPTURE}: the table's own order 1 hides it"
     assert lacking_words([CAPTURE, longer, CAPTURE]) == [longer]
     assert lacking_words([CAPTURE]) == [CAPTURE]
+
+
+@pytest.mark.parametrize(
+    "item",
+    [
+        lacking_capture(),
+        lacking_capture("the table's own order 1 hides it"),
+        lacking_capture(instead="a reference run of 500 rows"),
+        lacking_key("table.grating_lines"),
+        lacking_key("reference.faces", "stations at the faces"),
+        Missing("a reference run", reason="two heads alone cannot separate it"),
+    ],
+)
+def test_plain_text_of_an_own_effect_has_the_kind_that_the_catalogue_declares(
+    item: Missing,
+) -> None:
+    for other in (missing_of(str(item)), pickle.loads(pickle.dumps(item))):
+        assert other == item
+        assert (other.kind, other.what) == (item.kind, item.what)
 
 
 def test_what_an_effect_declares_if_only_heads_would_separate_it() -> None:

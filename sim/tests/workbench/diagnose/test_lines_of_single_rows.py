@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose.findings import Findings
-from arctrue.workbench.diagnose.regular import findings_of
+from arctrue.workbench.diagnose.detections import Detections
+from arctrue.workbench.diagnose.regular import detections_of
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
@@ -21,7 +21,7 @@ LINES = {9.1: 2.0, 33.0: 1.5, 2.7: 1.0}
 9.6 s."""
 
 
-def _findings(random: np.random.Generator, error_arcsec: np.ndarray) -> Findings:
+def _detections(random: np.random.Generator, error_arcsec: np.ndarray) -> Detections:
     time_s = STEP_S * np.arange(ROWS)
     angle = 2.0 * np.pi * time_s / TURN_S
     slow = 2.0 * ornstein_uhlenbeck(random, time_s, 60.0) + 0.5 * random.normal(size=ROWS)
@@ -34,7 +34,7 @@ def _findings(random: np.random.Generator, error_arcsec: np.ndarray) -> Findings
     effects = built_in()
     base = [Term(effects["graduation_harmonics"](), {})]
     observed = observations_of(MeasurementSet(Table(), None, reference))
-    return findings_of(fit(base, observed), effects)
+    return detections_of(fit(base, observed), effects)
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -46,7 +46,7 @@ def test_each_line_is_listed_with_its_size(seed: int) -> None:
         size * np.cos(2.0 * np.pi * time_s / period + random.uniform(0.0, 6.0))
         for period, size in LINES.items()
     )
-    found = _findings(random, np.asarray(error))
+    found = _detections(random, np.asarray(error))
     listed = {}
     for cause in found.causes:
         listed |= {round(cause.period_s(line), 1): line.amplitude_arcsec for line in cause.lines}
@@ -62,4 +62,4 @@ def test_an_oscillation_that_noise_drives_is_no_line() -> None:
     random = np.random.default_rng(5)
     time_s = STEP_S * np.arange(ROWS)
     shaken = driven_oscillator(random, time_s, 2.7, np.pi * 60.0 / 2.7)
-    assert _findings(random, shaken).fast == ()
+    assert _detections(random, shaken).fast == ()

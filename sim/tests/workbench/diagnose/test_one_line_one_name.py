@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from arctrue.measurement import MeasurementSet, Reference, Table
-from arctrue.workbench.diagnose.regular import findings_of
+from arctrue.workbench.diagnose.regular import detections_of
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
@@ -59,7 +59,7 @@ def test_an_order_at_two_speeds_is_no_line_in_time() -> None:
     effects = built_in()
     base = [Term(effects["graduation_harmonics"](), {})]
     observed = observations_of(MeasurementSet(Table(), None, reference))
-    found = findings_of(fit(base, observed), effects)
+    found = detections_of(fit(base, observed), effects)
     orders = [line.rate for cause in found.causes for line in cause.lines if not cause.in_time]
     assert len(found.causes) == len(orders) == 1
     assert abs(orders[0] - 2.37) < 0.02
@@ -73,7 +73,7 @@ def test_a_drift_under_a_line() -> None:
     error = 9.0 * np.cos(2.0 * np.pi * time_s / 480.0) + 0.003 * time_s
     error += ornstein_uhlenbeck(random, time_s, 8.0)
     measured = _set(time_s, time_s * 360.0 / SIDEREAL_S, error)
-    found = findings_of(fit([], observations_of(measured)), built_in())
+    found = detections_of(fit([], observations_of(measured)), built_in())
     assert found.drift is not None
     true = 0.003 * float(np.ptp(time_s))
     assert abs(found.drift.size_arcsec - true) < 3.0 * found.drift.sigma_arcsec < 1.5

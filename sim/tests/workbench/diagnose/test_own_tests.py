@@ -10,7 +10,7 @@ import pytest
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.studies.benchmark.diagnosis import diagnosed
-from arctrue.workbench.diagnose.findings import RegularCause
+from arctrue.workbench.diagnose.detections import RegularCause
 from arctrue.workbench.diagnose.own_tests import one_pattern, shape_with_corners
 from arctrue.workbench.effects.catalogue.periodic_error import PeriodicError
 from arctrue.workbench.inference.forward.search import Line
@@ -136,7 +136,7 @@ def test_a_log_that_divides_the_turn_is_searched_for_lines() -> None:
     in each turn, as the readings of stations do."""
     line = 3.0 * np.cos(31.4 * 2.0 * np.pi * UP_AND_DOWN)
     _, found = diagnosed(_log_that_divides_the_turn(line, UP_AND_DOWN, 1.0))
-    assert [round(cause.lines[0].rate, 1) for cause in found.findings.causes] == [31.4]
+    assert [round(cause.lines[0].rate, 1) for cause in found.detections.causes] == [31.4]
     assert found.named is not None
     assert found.named.name == "periodic_error"
 

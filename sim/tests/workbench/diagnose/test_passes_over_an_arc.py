@@ -82,8 +82,8 @@ def test_the_disc_alone_is_no_discovery(seed: int) -> None:
     # The model leaves the noise; the curves take about 27 of 4,500 degrees of freedom.
     left = found.channels["reference"].residual_rms_arcsec
     assert left == pytest.approx(NOISE_ARCSEC, rel=0.05)
-    assert not found.findings.causes
-    assert not found.findings.steps
+    assert not found.detections.causes
+    assert not found.detections.steps
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -121,7 +121,7 @@ def test_a_slope_that_starts_again_is_no_jump(seed: int) -> None:
     angle = passes[0]
     error = 1.5 * angle + 1.5 * np.sin(3600.0 * np.radians(angle)) + random.normal(0.0, 0.2, 1600)
     found = _diagnosed(*passes, error, Table(counts_per_rev=3600 * 1024, grating_lines=3600))
-    assert not found.findings.steps
+    assert not found.detections.steps
     assert found.effect_class[:1] == ["subdivision_error"]
 
 

@@ -357,7 +357,7 @@ def test_a_class_of_one_effect_with_one_percent_is_no_class() -> None:
     assert _verdict("ambiguous", ["vibration", "latency"], open_) == "ambiguous"
 
 
-def test_effects_that_explain_the_rows_alike_keep_their_class() -> None:
+def test_effects_that_explain_the_rows_equally_keep_their_class() -> None:
     """A gear and a product of parts with fewer coefficients stay in one class: at 24 faces both are
     a wave of order 9."""
     members = [_candidate(name, 1000.0, 1e-200, rank=6) for name in ("gear", "faces")]

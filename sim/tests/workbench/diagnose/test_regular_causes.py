@@ -63,7 +63,7 @@ def test_the_worm_is_named_before_smaller_lines() -> None:
     found = _diagnosed(time_s, with_lines(time_s, lines) + noise, teeth=TEETH)
     assert found.named is not None
     assert found.named.name == "drive_gear_error"
-    causes = found.findings.causes
+    causes = found.detections.causes
     assert [cause.effect.name for cause in causes[:2]] == ["drive_gear_error", "periodic_error"]
     assert [line.multiple for line in causes[0].lines] == [1, 2]
     assert causes[1].period_s(causes[1].lines[0]) == pytest.approx(131.0, rel=0.01)
@@ -137,7 +137,7 @@ def test_a_resonance_that_noise_drives_is_no_line(seed: int) -> None:
     time_s = clock(random, ROWS, STEP_S, "even")
     error = 2.0 * driven_oscillator(random, time_s, 80.0, 15.0) + 0.3 * random.normal(size=ROWS)
     found = _diagnosed(time_s, error)
-    assert found.findings.causes == ()
+    assert found.detections.causes == ()
     assert found.verdict != "adequate"
     assert found.named is None
 
@@ -148,7 +148,7 @@ def test_a_slow_curve_is_no_line() -> None:
     time_s, noise = _noise(5)
     error = 5.0 * np.sin(2.0 * np.pi * 1.4 * time_s / time_s[-1]) + noise
     found = _diagnosed(time_s, error)
-    assert found.findings.causes == ()
+    assert found.detections.causes == ()
     assert found.named is None or found.named.name != "periodic_error"
 
 
@@ -161,8 +161,8 @@ def test_a_jump_is_reported_as_a_jump() -> None:
     error = 0.4 * random.normal(size=ROWS) + np.where(time_s > 700.0, 3.0, 0.0)
     found = _diagnosed(time_s, error)
     assert found.verdict != "adequate"
-    assert found.findings.causes == ()
-    (jump,) = found.findings.steps
+    assert found.detections.causes == ()
+    (jump,) = found.detections.steps
     # The jump lies between two rows, which are 1.2 s apart; the tolerance is two rows.
     assert jump.time_s == pytest.approx(700.0, abs=2.0 * STEP_S)
     assert jump.size_arcsec == pytest.approx(3.0, abs=0.1)
@@ -175,7 +175,7 @@ def test_white_noise_is_adequate_or_cannot_tell() -> None:
     random = np.random.default_rng(7)
     time_s = clock(random, ROWS, STEP_S, "even")
     found = _diagnosed(time_s, 0.4 * random.normal(size=ROWS))
-    assert found.findings.causes == ()
-    assert found.findings.steps == ()
-    assert not found.findings.not_noise
+    assert found.detections.causes == ()
+    assert found.detections.steps == ()
+    assert not found.detections.not_noise
     assert found.verdict in ("adequate", "cannot_tell")

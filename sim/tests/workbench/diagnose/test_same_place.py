@@ -65,7 +65,7 @@ def test_one_station_that_is_off_in_every_pass(seed: int) -> None:
     found = diagnosis_of(_stations(off, seed))
     assert found.verdict == "unknown"
     assert found.channels["reference"].lack_of_fit_p < 1e-8
-    places = found.findings.places
+    places = found.detections.places
     assert places is not None
     (spot,) = places.spots
     assert spot.angle_deg == pytest.approx(215.0)
@@ -85,7 +85,7 @@ def test_six_stations() -> None:
     found = diagnosis_of(_stations(off, 3, noise=0.3))
     assert found.verdict == "unknown"
     assert found.description is None
-    places = found.findings.places
+    places = found.detections.places
     assert places is not None
     assert sorted(item.angle_deg for item in places.spots) == pytest.approx(
         [25.0, 90.0, 130.0, 215.0, 270.0, 330.0]
@@ -192,15 +192,15 @@ def test_a_defect_that_every_turn_repeats_is_no_oscillation() -> None:
     )
     found = diagnosis_of(MeasurementSet(Table(counts_per_rev=1 << 16), None, reference))
     assert found.verdict == "unknown"
-    places = found.findings.places
+    places = found.detections.places
     assert places is not None
     (spot,) = places.spots
     assert spot.angle_deg == pytest.approx(143.0, abs=1.0)
     # Two readings in each of five turns have u = 12/√10″; the curves of the turns absorb a part of
     # the defect.
     assert spot.size_arcsec == pytest.approx(120.0, abs=20.0)
-    assert found.findings.oscillation is None
-    assert found.findings.causes == ()
+    assert found.detections.oscillation is None
+    assert found.detections.causes == ()
     assert "a single place is off in each of 5 passes: 14" in _text(found)
 
 
@@ -215,14 +215,14 @@ def test_a_sag_over_an_arc_is_no_change_in_time(sweeps: int) -> None:
     made = _sweeps(angle, lambda at: 35.0 * np.cos(np.radians(at)), sweeps, 2.0, 1.0)
     found = _without_orders(made)
     assert found.verdict == "unknown"
-    assert found.findings.slow is None
-    assert found.findings.places is not None
+    assert found.detections.slow is None
+    assert found.detections.places is not None
     # The slope is described as an error of the travel; the remaining curve repeats at the places.
     sag = 35.0 * np.cos(np.radians(angle))
     curve = float(np.std(sag - np.polyval(np.polyfit(angle, sag, 1), angle)))
     assert found.described is not None
     assert found.described.effect.parts == ["travel", "reference"]
-    assert found.findings.places.rms_arcsec == pytest.approx(curve, rel=0.1)
+    assert found.detections.places.rms_arcsec == pytest.approx(curve, rel=0.1)
     assert f"The error repeats at equal angle in {sweeps} passes" in _text(found)
 
 
@@ -231,7 +231,7 @@ def test_an_error_of_the_travel_is_no_change_in_time() -> None:
     """An error of 0.25″ a degree over four turns is the same at each angle on the way back."""
     angle = np.arange(0.0, 1440.0, 4.0)
     found = diagnosis_of(_sweeps(angle, lambda at: 0.25 * at, 4, 15.0, 0.1))
-    assert found.findings.slow is None
+    assert found.detections.slow is None
     assert "The error repeats at equal angle of travel in 4 passes" in _text(found)
 
 

@@ -54,13 +54,13 @@ def slips() -> Diagnosis:
 def test_three_lost_counts_are_three_jumps(slips: Diagnosis) -> None:
     """Each lost count is a jump with its instant and size. Its first row is not masked."""
     assert slips.verdict == "unknown"
-    steps = sorted(slips.findings.steps, key=lambda step: step.time_s or 0.0)
+    steps = sorted(slips.detections.steps, key=lambda step: step.time_s or 0.0)
     assert [step.time_s for step in steps] == pytest.approx(SLIPS_S, abs=0.05)
     for step in steps:
         assert abs(step.size_arcsec - COUNT_ARCSEC) < WITHIN_U * step.sigma_arcsec
     masked = [item.row - 2 for item in slips.observations.masked]
     assert not set(masked) & {round(at / 0.025) + 1 for at in SLIPS_S}
-    assert slips.findings.slow is None
+    assert slips.detections.slow is None
 
 
 def test_whole_counts_are_stated(slips: Diagnosis) -> None:
@@ -82,7 +82,7 @@ def test_jumps_at_equal_intervals() -> None:
     reference = Reference(time_s * (360.0 / 86_164.1), error, time_s=time_s)
     found = diagnosis_of(MeasurementSet(Table(), reference=reference))
     assert found.verdict == "unknown"
-    steps = sorted(found.findings.steps, key=lambda step: step.time_s or 0.0)
+    steps = sorted(found.detections.steps, key=lambda step: step.time_s or 0.0)
     assert [step.time_s for step in steps] == pytest.approx(instants.tolist(), abs=3.0)
     for step, size in zip(steps, sizes, strict=True):
         assert abs(step.size_arcsec - size) < WITHIN_U * step.sigma_arcsec
@@ -102,7 +102,7 @@ def test_thirty_jumps_are_many_jumps() -> None:
     reference = Reference(time_s * (360.0 / 86_164.1), error, time_s=time_s)
     found = diagnosis_of(MeasurementSet(Table(), reference=reference))
     assert found.verdict == "unknown"
-    steps = sorted(found.findings.steps, key=lambda step: step.time_s or 0.0)
+    steps = sorted(found.detections.steps, key=lambda step: step.time_s or 0.0)
     assert [step.time_s for step in steps] == pytest.approx((3.0 * rows).tolist(), abs=3.0)
     for step in steps:
         assert abs(abs(step.size_arcsec) - 7.0) < WITHIN_U * step.sigma_arcsec

@@ -206,7 +206,7 @@ def test_a_curve_of_the_angle_is_no_line_and_no_slow_change() -> None:
     """A nonlinearity of 3″ at both ends, in proportion to the cube of the angle."""
     found = _diagnosed(_to_and_fro(lambda x, d: 3.0 * x**3 + 0.0 * d, 20.0, 2))
     assert found.verdict == "cannot_tell"
-    assert found.findings.slow is None
+    assert found.detections.slow is None
     # The cube has the RMS 3/√7 = 1.13″.
     assert "share a smooth curve of the angle, 1.1" in " ".join(sentences(found))
 
@@ -249,4 +249,4 @@ def test_an_error_that_grows_over_ten_turns() -> None:
     assert found.described.effect.parts == ["travel", "reference"]
     (slope,) = found.described.parameters().values()
     assert 360.0 * slope.value == pytest.approx(4.0, abs=0.2)
-    assert found.findings.slow is None
+    assert found.detections.slow is None

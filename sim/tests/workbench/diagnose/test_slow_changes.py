@@ -39,7 +39,7 @@ def test_of_stations_and_of_a_log(rows: int, turns: float, periods: float) -> No
     share = np.arange(rows) / rows
     error = 1.5 * np.cos(2.0 * np.pi * periods * share) + 0.3 * random.normal(size=rows)
     found = diagnosis_of(_reference(error, 3.0, turns))
-    slow = found.findings.slow
+    slow = found.detections.slow
     assert slow is not None
     assert slow.length == pytest.approx(3.0 * (rows - 1))
     drift = np.polyval(np.polyfit(share, error, 1), share)
@@ -54,7 +54,7 @@ def test_of_stations_and_of_a_log(rows: int, turns: float, periods: float) -> No
 def test_white_noise_has_none(rows: int) -> None:
     random = np.random.default_rng(4)
     error = random.normal(size=rows)
-    assert diagnosis_of(_reference(error, 3.0, 4.0)).findings.slow is None
+    assert diagnosis_of(_reference(error, 3.0, 4.0)).detections.slow is None
 
 
 @pytest.mark.large
@@ -67,7 +67,7 @@ def test_a_chirp_is_not_silent() -> None:
     error = np.cos(2.0 * np.pi * (12.0 + 12.0 * share) * share) + 0.3 * random.normal(size=1500)
     found = diagnosis_of(_reference(error, 2.4, 0.01))
     assert found.verdict == "unknown"
-    assert found.findings.causes == ()
+    assert found.detections.causes == ()
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_a_drift_is_not_named_where_a_larger_slow_change_remains(
     """In an earlier version, the error of a servo that wanders by 2.2° was named a drift of 1.3°
     over the record."""
     slow = None if slow_arcsec is None else SlowChange(slow_arcsec, 100.0)
-    left = SimpleNamespace(survey=SimpleNamespace(findings=SimpleNamespace(slow=slow)))
+    left = SimpleNamespace(survey=SimpleNamespace(detections=SimpleNamespace(slow=slow)))
     best = SimpleNamespace(effect=built_in()[name](), moved_arcsec={"reference": 1.0})
     case: Any = SimpleNamespace(best=best, with_best=left)
     found = leaves_a_larger_slow_change(case)

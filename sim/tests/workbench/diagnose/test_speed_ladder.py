@@ -75,7 +75,7 @@ def test_a_reversal_above_a_speed_is_no_delay(seed: int) -> None:
     assert found.decision.resembles is not None
     assert found.decision.resembles.name == "latency"
     assert "do not grow in proportion to the speed" in (found.decision.unlike or "")
-    said = " ".join(found.findings.sentences())
+    said = " ".join(found.detections.sentences())
     assert "its own zero" not in said
     # The offsets at the speeds 24 and 32°/s are 2″; the mean of 50 readings of 0.3″ has u = 0.04″.
     values = re.search(r"±\((.*)\) at 4, 8, 16, 24, 32°/s", found.decision.unlike or "")
@@ -102,7 +102,7 @@ def test_a_power_of_the_speed_is_no_delay(power: float, seed: int) -> None:
     offsets = [float(one.strip("″").replace("−", "-")) for one in values[1].split(", ")]
     expected = [5.0 * (speed / 32.0) ** power for speed in SPEEDS_DEG_S]
     assert offsets == pytest.approx(expected, abs=0.15)
-    assert "A reversal error" not in " ".join(found.findings.sentences())
+    assert "A reversal error" not in " ".join(found.detections.sentences())
 
 
 @pytest.mark.parametrize("zeros", [0.02, 0.1, 0.3])

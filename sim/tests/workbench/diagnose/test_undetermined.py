@@ -10,7 +10,7 @@ import pytest
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose import undetermined as module_of_the_rule
 from arctrue.workbench.diagnose.diagnosis import diagnose
-from arctrue.workbench.diagnose.regular import findings_of
+from arctrue.workbench.diagnose.regular import detections_of
 from arctrue.workbench.diagnose.undetermined import MOST_LEFT, undetermined
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
@@ -57,7 +57,7 @@ def test_a_model_that_leaves_twice_the_measured_variance_is_not_determined(facto
     assert (why is not None) is (factor > 1.0)
     if why is not None:
         assert "over 180°" in why
-        assert findings_of(worse, EFFECTS).empty
+        assert detections_of(worse, EFFECTS).empty
 
 
 def test_the_verdict_is_then_cannot_tell(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,6 +65,6 @@ def test_the_verdict_is_then_cannot_tell(monkeypatch: pytest.MonkeyPatch) -> Non
     monkeypatch.setattr(module_of_the_rule, "MOST_LEFT", 0.0)
     found = diagnose(solution.observations, solution.terms, EFFECTS)
     assert found.verdict == "cannot_tell"
-    assert found.findings.empty
+    assert found.detections.empty
     assert found.next_measurement is not None
     assert "whole turns" in found.next_measurement

@@ -57,7 +57,7 @@ def test_a_reversal_error_at_one_speed_may_be_a_delay(seed: int) -> None:
 def test_offsets_that_follow_the_motion_are_stated_without_the_column_direction() -> None:
     found = diagnosis_of(_one_speed(1, 1.2, directed=False))
     assert found.named is None
-    said = " ".join(found.findings.sentences())
+    said = " ".join(found.detections.sentences())
     # The mean of 300 readings of 0.8″ has u = 0.05″.
     assert "follows the direction: ±(6″) at 24°/s up and down" in said
     assert "its own zero" not in said

@@ -110,6 +110,6 @@ def test_an_order_that_follows_the_speed_has_no_side_lines() -> None:
     found = _diagnosed(run, time_s, angle, error)
     assert found.described is not None
     assert "speed^2" in found.described.effect.parts
-    assert found.findings.causes == ()
+    assert found.detections.causes == ()
     assert found.next_measurement is not None
     assert "further speeds" in found.next_measurement

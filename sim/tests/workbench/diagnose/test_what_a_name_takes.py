@@ -1,5 +1,5 @@
 """Tests that the diagnosis names an effect for the error that the effect removes, and reports a
-further error as a separate finding."""
+further error as a separate detection."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.diagnosis import diagnose
 from arctrue.workbench.diagnose.lack_of_fit import LACK_OF_FIT, LEAST_EXCESS
 from arctrue.workbench.diagnose.next_measurement import has_already, measurement_for_parts
+from arctrue.workbench.diagnose.remaining_error import varies
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.diagnose.report_json import diagnosis_data
 from arctrue.workbench.diagnose.rules.best_effect import LEAST_TAKEN
 from arctrue.workbench.diagnose.rules.removes_little import RISES, makes_it_worse, takes_little
 from arctrue.workbench.diagnose.rules.table import said_of
-from arctrue.workbench.diagnose.second_finding import varies
 from arctrue.workbench.diagnose.survey import LEAST_HELD_OUT
 from arctrue.workbench.effects.part_conditions import SIMPLE_CONDITIONS
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
@@ -46,7 +46,7 @@ def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     stations: int, noise: float
 ) -> None:
     """A reversal error that differs from place to place keeps its name, and its variation by a
-    fifth becomes a second finding. The repeats have so little noise that the variation is as
+    fifth remains as an error. The repeats have so little noise that the variation is as
     significant as the whole error."""
     _, found = diagnosed(reversal_set(stations=stations, noise=noise))
     assert found.named is not None
@@ -67,7 +67,7 @@ def test_a_reversal_error_that_differs_from_place_to_place_keeps_its_name(
     assert "other direction" not in reported
 
 
-def test_a_reversal_error_that_is_the_same_everywhere_has_no_second_finding() -> None:
+def test_a_reversal_error_that_is_the_same_everywhere_leaves_no_error() -> None:
     _, found = diagnosed(reversal_set(varies=0.0))
     assert found.named is not None
     assert found.second is None

@@ -140,4 +140,4 @@ def test_a_line_is_named_although_the_record_jumps() -> None:
     found = diagnose(made, default_model().terms(EFFECTS), EFFECTS)
     assert found.named is not None
     assert found.named.name == "periodic_error"
-    assert len(found.findings.steps) == 1
+    assert len(found.detections.steps) == 1

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.diagnosis import diagnose
-from arctrue.workbench.diagnose.regular import findings_of
+from arctrue.workbench.diagnose.regular import detections_of
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.fit import fit
@@ -59,7 +59,7 @@ def _log(error_arcsec: NDArray[np.float64]) -> MeasurementSet:
 def test_gusts_give_no_jump(seed: int) -> None:
     observations = observations_of(_log(_gusts(seed)))
     solution = fit(settle(default_model(), observations, EFFECTS), observations)
-    found = findings_of(solution, EFFECTS)
+    found = detections_of(solution, EFFECTS)
     assert found.steps == ()
     assert found.causes == ()
     assert found.noise_level_ratio is not None
@@ -83,7 +83,7 @@ def test_a_step_in_gusts_is_found() -> None:
     error = _gusts(5) + 9.0 * (np.arange(ROWS) >= 560)
     observations = observations_of(_log(error))
     solution = fit(settle(default_model(), observations, EFFECTS), observations)
-    (step,) = findings_of(solution, EFFECTS).steps
+    (step,) = detections_of(solution, EFFECTS).steps
     assert step.time_s == pytest.approx(560 * STEP_S, abs=2.0 * STEP_S)
     assert abs(step.size_arcsec - 9.0) < 4.0 * step.sigma_arcsec
 

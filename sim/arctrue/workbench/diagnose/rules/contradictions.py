@@ -89,7 +89,7 @@ def fails_its_own_test(case: Case) -> Decision | None:
     assert best is not None
     why = one_pattern(*_disc_one_after_the_other(case))
     if why is None and best.effect.search_kind == "line":
-        why = shape_with_corners(case.survey.findings.causes)
+        why = shape_with_corners(case.survey.detections.causes)
     if why is None and follows_the_reading(case.survey.residuals, best, NEAR_TIE):
         why = "it is a function of the reference's reading: the reference's scale is nonlinear"
     if why is None:

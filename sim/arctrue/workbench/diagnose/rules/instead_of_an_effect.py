@@ -7,6 +7,7 @@ from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.classes import adds, without_unspecific
 from arctrue.workbench.diagnose.decision import Decision
+from arctrue.workbench.diagnose.equal_slips import equal_slips
 from arctrue.workbench.diagnose.jumps import jumps_in_words, whole_counts
 from arctrue.workbench.diagnose.lack_of_fit import LACK_OF_FIT
 from arctrue.workbench.diagnose.next_measurement import (
@@ -22,7 +23,6 @@ from arctrue.workbench.diagnose.posterior import PARTS_ADVANTAGE
 from arctrue.workbench.diagnose.rivals import NEAR_TIE
 from arctrue.workbench.diagnose.rules.best_effect import LEAST_TAKEN, channels_moved
 from arctrue.workbench.diagnose.same_ramp import same_ramp
-from arctrue.workbench.diagnose.slips_alike import slips_alike
 from arctrue.workbench.diagnose.steps_of_heads import heads_that_step
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.inference.forward.cycles import p_among_cycles
@@ -34,7 +34,7 @@ from arctrue.workbench.inference.significance import SIGNIFICANCE
 
 def jumped_once(case: Case) -> Decision | None:
     """A jump explains more than any effect or product of parts."""
-    steps = case.survey.findings.steps
+    steps = case.survey.detections.steps
     step = max(steps, key=lambda item: item.gain, default=None)
     if step is None or (case.best is not None and case.best.regular is not None):
         return None
@@ -42,14 +42,14 @@ def jumped_once(case: Case) -> Decision | None:
     if any(gain > 2.0 * step.gain - NEAR_TIE for gain in rivals):
         return None
     count_arcsec = case.survey.base.observations.count_arcsec
-    alike = {}
+    look_alikes = {}
     if whole_counts(steps, count_arcsec):
         untestable = case.survey.untestable.items()
-        alike = {name: lacking for name, lacking in untestable if case.effects[name].step_at}
+        look_alikes = {name: lacking for name, lacking in untestable if case.effects[name].step_at}
     return Decision(
         "unknown",
         seen=jumps_in_words(steps, count_arcsec),
-        look_alikes=alike,
+        look_alikes=look_alikes,
         next=LOOK_AT_THE_STAND,
     )
 
@@ -58,7 +58,7 @@ def loses_counts_again(case: Case) -> Decision | None:
     """R₂ − R₁ changes three times or more by the same whole number of counts."""
     if case.depth > 1:
         return None
-    found = slips_alike(case.survey.base)
+    found = equal_slips(case.survey.base)
     if found is None or found.size_arcsec < case.survey.matters_arcsec:
         return None
     return Decision(
@@ -72,7 +72,7 @@ def moved_between_cycles(case: Case) -> Decision | None:
     """The offset of the reference changes between cycles or runs, or its order 1 between runs;
     neither the best effect nor the best product of parts explains these changes better than
     chance."""
-    change, best = case.survey.findings.cycles, case.best
+    change, best = case.survey.detections.cycles, case.best
     if change is not None and change.order_1_arcsec:
         tried = [item for item in (best, case.product) if item is not None]
         if any(describes_mountings(case.survey.base, item.solution) for item in tried):
@@ -140,10 +140,10 @@ def _not_white(survey: Survey) -> bool:
         *survey.lack_of_fit.values(),
         *(t.autocorrelation_p for t in tests if t is not None),
     ]
-    return survey.findings.oscillation is not None or min(p_values, default=1.0) < LACK_OF_FIT
+    return survey.detections.oscillation is not None or min(p_values, default=1.0) < LACK_OF_FIT
 
 
-def runs_change_alike(case: Case) -> Decision | None:
+def runs_change_equally(case: Case) -> Decision | None:
     """No effect is found, and the capture changes evenly and equally within every run, also with
     the best product of parts in the model."""
     if case.best is not None or case.depth > 1:

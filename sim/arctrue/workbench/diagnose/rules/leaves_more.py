@@ -26,7 +26,7 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
     assert case.best is not None
     if case.shown_by_parts(case.best):
         # The remaining error does not contradict a line that other blocks predict, or a reversal
-        # error that other passes show; it is a further finding.
+        # error that other passes show; it is a further detection.
         return None
     left = case.further
     if left is None or not _unknown_within(left, case):
@@ -110,12 +110,12 @@ def leaves_a_larger_slow_change(case: Case) -> Decision | None:
     remains."""
     best, left = case.best, case.with_best
     assert best is not None
-    if left is None or left.survey.findings.slow is None:
+    if left is None or left.survey.detections.slow is None:
         return None
     if best.effect.step_at is not None or not happens_once(best):
         return None
     # The ends of a straight line with the RMS 1 are √12 apart.
-    if left.survey.findings.slow.size_arcsec <= np.sqrt(12.0) * largest_arcsec(best):
+    if left.survey.detections.slow.size_arcsec <= np.sqrt(12.0) * largest_arcsec(best):
         return None
     return only_resembles(case, "with it in the model a larger slow change remains")
 

@@ -28,7 +28,7 @@ from arctrue.workbench.diagnose.rules.instead_of_an_effect import (
     loses_counts_again,
     moved_between_cycles,
     refused_is_ahead,
-    runs_change_alike,
+    runs_change_equally,
     shown_at_one_speed,
 )
 from arctrue.workbench.diagnose.rules.leaves_more import (
@@ -84,7 +84,7 @@ RULES = (
     Rule("unknown", loses_counts_again),
     Rule("unknown", moved_between_cycles),
     Rule("unknown", driven_by_noise),
-    Rule("unknown", runs_change_alike),
+    Rule("unknown", runs_change_equally),
     Rule("unknown", described_by_parts),
     Rule("ambiguous", shown_at_one_speed),
     Rule("unknown", refused_is_ahead),

@@ -19,7 +19,7 @@ def left_undescribed(case: Case) -> Decision | None:
     """The model leaves a large and significant error that nothing describes."""
     if case.best is not None:
         return None
-    places = case.survey.findings.places
+    places = case.survey.detections.places
     # As for an effect, the size of an error at single places is its size where it acts.
     at_places = {"reference": 0.0 if places is None else places.largest_arcsec}
     left = {
@@ -41,12 +41,12 @@ def left_undescribed(case: Case) -> Decision | None:
         undescribed_arcsec=left,
         # Errors at a few places do not show that a named effect has another shape.
         seen=places.words() if places.is_located else None,
-        look_alikes=_alike_at_places(case, places),
+        look_alikes=_similar_at_places(case, places),
         next=TURN_THE_POLYGON if of_faces else TURN_THE_REFERENCE,
     )
 
 
-def _alike_at_places(case: Case, places: RepeatedError) -> dict[str, list[str]]:
+def _similar_at_places(case: Case, places: RepeatedError) -> dict[str, list[str]]:
     """Return the effects that this set cannot test and that look like an error of these places:
     effects at single places of the disc, and effects with a coefficient for each face of the
     polygon."""
@@ -55,10 +55,10 @@ def _alike_at_places(case: Case, places: RepeatedError) -> dict[str, list[str]]:
     for name, lacking in case.survey.untestable.items():
         kind = case.effects[name]
         if kind.fixed_to_polygon and places.stations and observations.faces is not None:
-            alike = len(kind().column_names(observations)) == observations.faces
+            is_similar = len(kind().column_names(observations)) == observations.faces
         else:
-            alike = kind.local_on_disc and bool(places.spots)
-        if alike:
+            is_similar = kind.local_on_disc and bool(places.spots)
+        if is_similar:
             found[name] = lacking
     return found
 

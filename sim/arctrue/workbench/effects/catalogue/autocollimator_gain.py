@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.effects.scalar_effect import ScalarEffect
 from arctrue.workbench.observations import Observations, ReferenceRows
 
@@ -31,11 +32,11 @@ class AutocollimatorGain(ScalarEffect):
     parameter_unit = "1"
 
     def missing(self, observations: Observations) -> list[str]:
-        lacking = []
+        lacking: list[str] = []
         if observations.reference is None:
             lacking.append("a reference run")
         if observations.capture is None:
-            lacking.append("a capture of both heads: it gives the true size of the error")
+            lacking.append(lacking_capture("it gives the true size of the error"))
         return lacking
 
     def reference_columns(

@@ -24,6 +24,7 @@ from arctrue.workbench.effects.base import (
     paired_real_lanes,
 )
 from arctrue.workbench.effects.conditions import one_speed
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 SEPARATED_SIGMA = 5.5
@@ -80,7 +81,7 @@ class BearingBallPass(Effect):
 
     def missing(self, observations: Observations) -> list[str]:
         if observations.capture is None:
-            return ["a capture of both heads"]
+            return [lacking_capture()]
         if observations.longest_run_turns < LEAST_TURNS:
             return ["a run of at least two turns: ν is resolved to 1/(2·turns)"]
         return []

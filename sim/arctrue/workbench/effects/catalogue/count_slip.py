@@ -18,6 +18,7 @@ from arctrue.workbench.effects.base import (
     Parameter,
     SearchParameter,
 )
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.outliers.excursions import step_scatter
 
@@ -108,7 +109,7 @@ class CountSlip(Effect):
         return stays if gained[1] - gained[0] > STAYS else ends, dict(nonlinear)
 
     def missing(self, observations: Observations) -> list[str]:
-        return [] if observations.capture is not None else ["a capture of both heads"]
+        return [] if observations.capture is not None else [lacking_capture()]
 
     def column_names(self, observations: Observations) -> list[str]:
         return ["step"]

@@ -20,6 +20,7 @@ from arctrue.workbench.effects.base import (
     paired_lanes,
     paired_real_lanes,
 )
+from arctrue.workbench.effects.missing import lacking_key
 from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows
 
@@ -97,9 +98,9 @@ class DriveGearError(Effect):
         return [(multiple, away) for key, away in LISTS.items() for multiple in self.integers(key)]
 
     def missing(self, observations: Observations) -> list[str]:
-        lacking = []
+        lacking: list[str] = []
         if observations.drive_gear_teeth is None:
-            lacking.append("the key table.drive_gear_teeth")
+            lacking.append(lacking_key("table.drive_gear_teeth"))
         if observations.reference is None:
             lacking.append("a reference run")
         return lacking

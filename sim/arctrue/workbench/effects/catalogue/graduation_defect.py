@@ -14,6 +14,7 @@ from arctrue.workbench.effects.base import (
     Parameter,
     SearchParameter,
 )
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 
@@ -60,7 +61,7 @@ class GraduationDefect(Effect):
     )
 
     def missing(self, observations: Observations) -> list[str]:
-        return [] if observations.capture is not None else ["a capture of both heads"]
+        return [] if observations.capture is not None else [lacking_capture()]
 
     def column_names(self, observations: Observations) -> list[str]:
         return ["height"]

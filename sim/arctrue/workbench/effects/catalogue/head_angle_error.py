@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.conditions import one_velocity
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.observations import CaptureRows, Observations
 
@@ -42,7 +43,7 @@ class HeadAngleError(ScalarOfEachHead):
     parameter_unit = "arcsec"
 
     def missing(self, observations: Observations) -> list[str]:
-        return [] if observations.capture is not None else ["a capture of both heads"]
+        return [] if observations.capture is not None else [lacking_capture()]
 
     def variety(self, observations: Observations) -> list[str]:
         return one_velocity(observations)

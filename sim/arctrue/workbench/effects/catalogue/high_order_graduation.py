@@ -16,6 +16,7 @@ from arctrue.workbench.effects.base import (
     SearchParameter,
     amplitude_and_phase,
 )
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
@@ -55,7 +56,7 @@ class HighOrderGraduation(Effect):
     def missing(self, observations: Observations) -> list[str]:
         # With one head, an order of the disc looks the same as the cogging of a motor or the error
         # of a gear.
-        return [] if observations.capture is not None else ["a capture of both heads"]
+        return [] if observations.capture is not None else [lacking_capture()]
 
     @property
     def _above(self) -> int:

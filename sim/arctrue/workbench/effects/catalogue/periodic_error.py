@@ -25,6 +25,7 @@ from arctrue.workbench.effects.base import (
     paired_real_lanes,
 )
 from arctrue.workbench.effects.capture_block import in_place_of_head
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 from arctrue.workbench.observations.one_speed import speed_turns_s
 
@@ -140,7 +141,7 @@ class PeriodicError(Effect):
         rows = observations.reference
         if observations.capture is not None or (rows is not None and rows.run.size >= LEAST_ROWS):
             return []
-        return [f"a capture of both heads, or a reference run of {LEAST_ROWS} rows"]
+        return [lacking_capture(instead=f"a reference run of {LEAST_ROWS} rows")]
 
     def column_names(self, observations: Observations) -> list[str]:
         if self._by_direction:

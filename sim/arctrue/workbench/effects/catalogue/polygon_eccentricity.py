@@ -13,6 +13,7 @@ from arctrue.workbench.effects.base import (
     Parameter,
     amplitude_and_phase,
 )
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.numeric.harmonics import harmonic_columns
 from arctrue.workbench.observations import Observations, ReferenceRows
 
@@ -43,11 +44,11 @@ class PolygonEccentricity(Effect):
     fixed_to_polygon = True
 
     def missing(self, observations: Observations) -> list[str]:
-        lacking = []
+        lacking: list[str] = []
         if observations.reference is None:
             lacking.append("a reference run")
         if observations.capture is None:
-            lacking.append("a capture of both heads: the table's own order 1 hides it")
+            lacking.append(lacking_capture("the table's own order 1 hides it"))
         return lacking
 
     def column_names(self, observations: Observations) -> list[str]:

@@ -17,6 +17,7 @@ from arctrue.workbench.effects.base import (
     Nonlinear,
     Parameter,
 )
+from arctrue.workbench.effects.missing import lacking_capture, lacking_key
 from arctrue.workbench.observations import Observations, ReferenceRows
 
 LEAST_FACES = 8
@@ -63,13 +64,13 @@ class PolygonFaceError(Effect):
     fixed_to_polygon = True
 
     def missing(self, observations: Observations) -> list[str]:
-        lacking = []
+        lacking: list[str] = []
         if observations.reference is None:
             lacking.append("a reference run")
         elif observations.reference.face is None:
-            lacking.append("the key reference.faces, and stations at the faces")
+            lacking.append(lacking_key("reference.faces", "stations at the faces"))
         if observations.capture is None:
-            lacking.append("a capture of both heads: the table's own error hides the faces")
+            lacking.append(lacking_capture("the table's own error hides the faces"))
         return lacking
 
     def column_names(self, observations: Observations) -> list[str]:

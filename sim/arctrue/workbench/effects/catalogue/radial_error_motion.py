@@ -27,6 +27,7 @@ from arctrue.workbench.effects.base import (
     Wave,
     paired_lanes,
 )
+from arctrue.workbench.effects.missing import Missing, lacking_capture
 from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
@@ -70,11 +71,15 @@ class RadialErrorMotion(Effect):
     defaults = {"orders": list(range(2, 9))}
 
     def missing(self, observations: Observations) -> list[str]:
-        lacking = []
+        lacking: list[str] = []
         if observations.capture is None:
-            lacking.append("a capture of both heads")
+            lacking.append(lacking_capture())
         if observations.reference is None and observations.heads < SEPARATING_HEADS:
-            lacking.append("a reference run: two heads alone cannot separate it from graduation")
+            lacking.append(
+                Missing(
+                    "a reference run", reason="two heads alone cannot separate it from graduation"
+                )
+            )
         return lacking
 
     def column_names(self, observations: Observations) -> list[str]:

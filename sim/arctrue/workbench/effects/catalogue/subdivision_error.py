@@ -20,6 +20,7 @@ from arctrue.workbench.effects.base import (
     paired_lanes,
 )
 from arctrue.workbench.effects.capture_block import in_place_of_head
+from arctrue.workbench.effects.missing import lacking_key
 from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
@@ -66,7 +67,7 @@ class SubdivisionError(Effect):
 
     def missing(self, observations: Observations) -> list[str]:
         if observations.grating_lines is None:
-            return ["the key table.grating_lines"]
+            return [lacking_key("table.grating_lines")]
         if observations.capture is None and (
             observations.reference is None or observations.reference.electrical1_rad is None
         ):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.observations import CaptureRows, Observations
 
@@ -48,7 +49,7 @@ class ThermalHeadDrift(ScalarOfEachHead):
     def missing(self, observations: Observations) -> list[str]:
         rows = observations.capture
         if rows is None:
-            return ["a capture of both heads"]
+            return [lacking_capture()]
         if rows.temperature_c is None:
             return ["the column temperature_c in the capture"]
         if float(np.ptp(rows.temperature_c)) < LEAST_SPAN_K:

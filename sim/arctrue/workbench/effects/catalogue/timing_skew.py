@@ -5,6 +5,7 @@ from __future__ import annotations
 from arctrue.base.units import ARCSEC_PER_RAD
 from arctrue.workbench.effects.base import Columns, FitContext, Nonlinear
 from arctrue.workbench.effects.conditions import one_velocity
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.observations import CaptureRows, Observations
 
@@ -47,7 +48,7 @@ class TimingSkew(ScalarOfEachHead):
     parameter_unit = "us"
 
     def missing(self, observations: Observations) -> list[str]:
-        return [] if observations.capture is not None else ["a capture of both heads"]
+        return [] if observations.capture is not None else [lacking_capture()]
 
     def variety(self, observations: Observations) -> list[str]:
         return one_velocity(observations)

@@ -14,6 +14,7 @@ from arctrue.workbench.effects.base import (
     SearchParameter,
 )
 from arctrue.workbench.effects.conditions import one_speed
+from arctrue.workbench.effects.missing import lacking_capture
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 
@@ -49,7 +50,7 @@ class Vibration(Effect):
     search = (SearchParameter("frequency", "Hz", 0.1, 2000.0, "frequency of the oscillation"),)
 
     def missing(self, observations: Observations) -> list[str]:
-        return [] if observations.capture is not None else ["a capture of both heads"]
+        return [] if observations.capture is not None else [lacking_capture()]
 
     def variety(self, observations: Observations) -> list[str]:
         return one_speed(observations)
@@ -108,15 +109,19 @@ class Vibration(Effect):
                 float(np.sqrt(np.mean(amplitudes**2))),
                 float(np.sqrt(np.mean(sigma**2) / max(amplitudes.size, 1))),
                 "arcsec",
+                "amplitude",
             ),
         }
         for run, amplitude in enumerate(amplitudes):
             name = observations.run_words(run).replace(" ", "_")
             found[f"{name}_amplitude"] = Parameter(
-                float(amplitude), float(np.mean(sigma[2 * run : 2 * run + 2])), "arcsec"
+                float(amplitude),
+                float(np.mean(sigma[2 * run : 2 * run + 2])),
+                "arcsec",
+                "amplitude",
             )
         if each.size > amplitudes.size:
             found["reference_amplitude"] = Parameter(
-                float(each[-1]), float(np.mean(spread[-2:])), "arcsec"
+                float(each[-1]), float(np.mean(spread[-2:])), "arcsec", "amplitude"
             )
         return found

@@ -51,7 +51,7 @@ class CycleChange:
     """Effects that explain the offsets together; empty if nothing explains them."""
 
     def words(self) -> str:
-        """Return the finding in words."""
+        """Return the detection in words."""
         if self.explained_by:
             return (
                 f"the offset of the reference changes from run to run by {self.rms_arcsec:.2g}″ "

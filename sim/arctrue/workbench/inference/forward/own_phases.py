@@ -37,7 +37,7 @@ OVERSAMPLED = 4.0
 AWAY = 2.0
 """Largest distance of the line from the oscillation, in units of 1/length of the longest run and in
 widths of the resonance, whichever is larger."""
-ALIKE = 1.5
+EQUAL_RATIO = 1.5
 """Largest ratio of two amplitudes with which one amplitude is stated for all runs."""
 
 MOST_RATES = 4000
@@ -68,7 +68,7 @@ class LineOfRuns:
     def size_words(self) -> str:
         """Return one amplitude for all runs, or the range of the amplitudes."""
         low, high = min(self.amplitudes_arcsec), max(self.amplitudes_arcsec)
-        if high > ALIKE * low:
+        if high > EQUAL_RATIO * low:
             return f"{low:.3g}″ to {high:.3g}″"
         return f"{float(np.sqrt(np.mean(np.square(self.amplitudes_arcsec)))):.3g}″"
 

@@ -118,6 +118,6 @@ def at_every_visit(
         there = order[first:last]
         there = there[there != row]
         if there.size:
-            alike = np.sign(away[row]) * away[there]
-            found[number] = float(np.median(alike)) > NEAR_SIGMA * scatter
+            products = np.sign(away[row]) * away[there]
+            found[number] = float(np.median(products)) > NEAR_SIGMA * scatter
     return found

@@ -1,4 +1,4 @@
-"""Describes the second finding: the error that remains with the named effect in the model.
+"""Describes the error that remains with the named effect in the model.
 
 An effect of the catalogue has one size everywhere. If its size in a machine differs from place to
 place, the remaining error is the effect's own prediction times a factor that depends on the place.
@@ -36,7 +36,7 @@ of 3·10⁻⁷ (normal distribution), and only one grouping is tested.
 
 
 @dataclass(frozen=True)
-class SecondFinding:
+class RemainingError:
     """The error that remains with the named effect in the model, by channel, and its
     description."""
 
@@ -58,7 +58,7 @@ class SecondFinding:
 
     @property
     def sentence(self) -> str:
-        """Describe the finding in a sentence for people."""
+        """Describe the remaining error in a sentence for people."""
         channels = [self.channel] if self.channel is not None else list(self.left_arcsec)
         left = " and ".join(
             f"{name} {self.left_arcsec[name]:.3g}″ RMS (noise {self.noise_arcsec[name]:.2g}″)"
@@ -75,9 +75,9 @@ class SecondFinding:
         return f"With the named effect in the model an error remains: {left}{what}."
 
 
-def second_finding(
+def remaining_error(
     left: Left, *, unknown: bool, description: str | None = None
-) -> SecondFinding | None:
+) -> RemainingError | None:
     """Return the error that remains with the named effect as the last term of the model; None if it
     is not significant.
 
@@ -86,10 +86,10 @@ def second_finding(
     for channel, noise in left.noise_arcsec.items():
         found = _variation(left, channel, noise)
         if found is not None:
-            return SecondFinding(left.rms_arcsec, left.noise_arcsec, channel, found)
+            return RemainingError(left.rms_arcsec, left.noise_arcsec, channel, found)
     if not unknown:
         return None
-    return SecondFinding(left.rms_arcsec, left.noise_arcsec, description=description)
+    return RemainingError(left.rms_arcsec, left.noise_arcsec, description=description)
 
 
 def _variation(left: Left, channel: str, noise_arcsec: float) -> float | None:

@@ -83,7 +83,7 @@ class Pins:
         return clocks[clocks >= since]
 
 
-class Beside(Scene):
+class RecordedScene(Scene):
     """A calibrated scene whose pins are recorded from the beginning."""
 
     def __init__(self) -> None:
@@ -135,13 +135,13 @@ def corrected(turn_position: NDArray[np.int64], bank: Coefficients) -> NDArray[n
 
 
 @pytest.fixture(scope="module")
-def scene() -> Iterator[Beside]:
-    made = Beside()
+def scene() -> Iterator[RecordedScene]:
+    made = RecordedScene()
     yield made
     made.instrument.close()
 
 
-def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
+def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: RecordedScene) -> None:
     """The probe's angle agrees with equation (9) in double precision at the edge of the pin, within
     the bound of the correction."""
     instrument, bank = scene.instrument, scene.coefficients
@@ -177,7 +177,7 @@ def test_a_probe_reads_the_corrected_angle_of_its_edge(scene: Beside) -> None:
     assert np.array_equal(np.diff(times), np.diff(clocks))
 
 
-def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
+def test_samples_are_taken_at_the_edges_of_sync_in(scene: RecordedScene) -> None:
     """Each edge of sync_in during a turn gives a sample of both heads' counts and a trigger
     pulse."""
     instrument, firmware = scene.instrument, scene.firmware
@@ -210,7 +210,7 @@ def test_samples_are_taken_at_the_edges_of_sync_in(scene: Beside) -> None:
     assert scene.next_turn()["samples"] == samples.shape[0]
 
 
-def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
+def test_the_compare_fires_at_the_corrected_places(scene: RecordedScene) -> None:
     """The compare gives one pulse at every place, in the clock in which the corrected count reaches
     it."""
     instrument, bank = scene.instrument, scene.coefficients
@@ -228,7 +228,7 @@ def test_the_compare_fires_at_the_corrected_places(scene: Beside) -> None:
     assert places.size >= 31
 
 
-def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
+def test_no_event_of_probe_and_compare_is_lost(scene: RecordedScene) -> None:
     """The console reads each edge of the probe and each pulse of the compare once, with its clock
     and with the corrected count at this clock."""
     instrument, bank = scene.instrument, scene.coefficients
@@ -271,7 +271,7 @@ def test_no_event_of_probe_and_compare_is_lost(scene: Beside) -> None:
     assert np.abs((reported - wanted + COUNTS / 2) % COUNTS - COUNTS / 2).max() <= bound
 
 
-def test_the_recorder_counts_the_output_up_to_its_index(scene: Beside) -> None:
+def test_the_recorder_counts_the_output_up_to_its_index(scene: RecordedScene) -> None:
     """The recorded position at Z equals the position from the pins, although the recording stores
     only every 17th edge."""
     instrument = scene.instrument

@@ -1,4 +1,4 @@
-"""Tests that the diagnosis reports a reversal error as a separate finding if a jump prevents the
+"""Tests that the diagnosis reports a reversal error as a separate detection if a jump prevents the
 catalogue's effects from fitting it."""
 
 from __future__ import annotations
@@ -74,9 +74,9 @@ def _of_white_rows(seed: int, reversal: float) -> Reversal | None:
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_differences_that_came_out_alike_are_no_small_uncertainty(seed: int) -> None:
+def test_differences_that_came_out_equal_are_no_small_uncertainty(seed: int) -> None:
     """The rows allow a standard uncertainty of 2·1″/√480 = 0.091″ of the difference: 0.16″ is no
-    finding, and 2″ has this uncertainty or more."""
+    detection, and 2″ has this uncertainty or more."""
     assert _of_white_rows(seed, 0.16) is None
     found = _of_white_rows(seed, 2.0)
     assert found is not None
@@ -141,7 +141,7 @@ def test_a_reversal_that_differs_from_place_to_place_is_said_with_a_line() -> No
     found = diagnose(observations_of(measured), default_model().terms(EFFECTS), EFFECTS)
     if found.named is not None and found.named.name == "hysteresis":
         return
-    reversal = found.findings.reversal
+    reversal = found.detections.reversal
     assert reversal is not None
     assert abs(reversal.size_arcsec) == pytest.approx(1300.0, rel=0.15)
     said = [text for text in sentences(found) if "up and down differ" in text.lower()]

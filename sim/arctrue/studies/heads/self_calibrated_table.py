@@ -47,7 +47,7 @@ U_MOUNTING_ARCSEC = MOUNTING_ARCSEC / float(np.sqrt(3.0))
 
 
 @dataclass(frozen=True)
-class Bench:
+class SelfCalibratedTable:
     """Simulated table with several heads; ``seed`` determines the noise, the radii, and the places
     and index marks of all heads except head 1, within ± 50″ of nominal.
     """
@@ -64,7 +64,7 @@ class Bench:
     moved_arcsec: tuple[float, ...] = field(default=())
     """Shift of each head along the scale since the head was mounted."""
 
-    def table(self, *further: Cause) -> RotaryTable:
+    def rotary_table(self, *further: Cause) -> RotaryTable:
         """Return the table with the causes ``further``, which include any motion of the axis."""
         random = np.random.default_rng([self.seed, 11])
         heads = len(self.places_deg)
@@ -96,7 +96,7 @@ class Bench:
     ) -> tuple[Integer, Float]:
         """Return counts (heads, n) and true angles of run ``number``; runs with larger numbers
         start at larger angles."""
-        table = self.table(*causes)
+        table = self.rotary_table(*causes)
         motion = Motion.steady(
             SPEED_RAD_S,
             turns * 2.0 * np.pi / SPEED_RAD_S + 1.0,
@@ -148,13 +148,13 @@ def mean_left_arcsec(coefficients: Coefficients, counts: Integer, angle_rad: Flo
     return _left(mean_angle_counts(coefficients, counts), angle_rad)
 
 
-def two_heads_left_arcsec(bench: Bench, counts: Integer, angle_rad: Float) -> Float:
+def two_heads_left_arcsec(table: SelfCalibratedTable, counts: Integer, angle_rad: Float) -> Float:
     """Return the error of head 1 that remains after a correction calibrated with the two heads of
-    ``bench``, (n,)."""
+    ``table``, (n,)."""
     estimate, _ = least_squares(
-        [bench.captured()],
+        [table.captured()],
         COUNTS_PER_REV,
-        float(np.radians(bench.places_deg[1])),
+        float(np.radians(table.places_deg[1])),
         np.arange(1, MOST_ORDER + 1),
         "nominal",
     )

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 
 from arctrue.measurement import Capture, MeasurementSet, Table
+from arctrue.workbench.diagnose.equal_slips import EqualSlips, equal_slips
 from arctrue.workbench.diagnose.report import sentences
-from arctrue.workbench.diagnose.slips_alike import AlikeSlips, slips_alike
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
@@ -53,9 +53,9 @@ def _losses(sizes: dict[int, list[int]], seed: int) -> NDArray[np.int64]:
     return lost
 
 
-def _found(of_head2: NDArray[np.int64], seed: int) -> AlikeSlips | None:
+def _found(of_head2: NDArray[np.int64], seed: int) -> EqualSlips | None:
     observations = observations_of(_set(of_head2, seed))
-    return slips_alike(fit([Term(built_in()["graduation_harmonics"](), {})], observations))
+    return equal_slips(fit([Term(built_in()["graduation_harmonics"](), {})], observations))
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -108,11 +108,11 @@ def _short(slips: int, seed: int) -> MeasurementSet:
 def test_losses_in_short_runs_are_counted(seed: int) -> None:
     """All slips are counted, although only 29 of a run's 60 rows have SIDE rows on both sides."""
     base = [Term(built_in()["graduation_harmonics"](orders=[1]), {})]
-    found = slips_alike(fit(base, observations_of(_short(6, seed))))
+    found = equal_slips(fit(base, observations_of(_short(6, seed))))
     assert found is not None
     assert found.counts == -64
     assert found.of_run == dict.fromkeys(range(6), 1)
-    assert slips_alike(fit(base, observations_of(_short(0, seed)))) is None
+    assert equal_slips(fit(base, observations_of(_short(0, seed)))) is None
 
 
 def test_the_diagnosis_describes_the_losses_and_asks_for_the_index() -> None:

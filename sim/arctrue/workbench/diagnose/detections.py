@@ -1,4 +1,4 @@
-"""Findings of the forward search in a reference: regular causes, steps, oscillations and slow
+"""Detections of the forward search in a reference: regular causes, steps, oscillations and slow
 changes, in words and as JSON."""
 
 from __future__ import annotations
@@ -129,9 +129,19 @@ class RegularCause:
         return order if seconds is None else f"{seconds}, {order}"
 
 
+@dataclass(frozen=True)
+class Statement:
+    """A sentence on a detection."""
+
+    sentence: str
+    words: str | None = None
+    """Description of the detection, as ``Decision.seen`` has it; None if no decision states it in
+    these words."""
+
+
 @dataclass(frozen=True, eq=False)
-class Findings:
-    """Findings of the forward search in a reference, with one model."""
+class Detections:
+    """Detections of the forward search in a reference, with one model."""
 
     causes: tuple[RegularCause, ...] = ()
     """Regular causes, ordered by the error that they explain, the largest first."""
@@ -158,21 +168,21 @@ class Findings:
     drift: EvenDrift | None = None
     """Even drift of a reference that has lines too, and no slow change of another form."""
     cause: str | None = None
-    """The named effect that was in the model during the search for these findings."""
+    """The named effect that was in the model during the search for these detections."""
     same: tuple[str, ...] = ()
     """Lines and oscillations that vanish with this effect in the model, because they are its
     aliases; in words."""
 
     @property
     def empty(self) -> bool:
-        """True if there are no findings."""
+        """True if there are no detections."""
         lists = bool(self.causes or self.steps or self.fast or self.not_noise)
         others = (self.oscillation, self.slow, self.reversal, self.places)
         return not lists and all(item is None for item in others)
 
-    def further(self, name: str, left: Findings, *, is_line: bool = False) -> Findings:
-        """Return ``left``, the findings with the effect ``name`` in the model, with a list of the
-        findings that this effect explained.
+    def further(self, name: str, left: Detections, *, is_line: bool = False) -> Detections:
+        """Return ``left``, the detections with the effect ``name`` in the model, with a list of the
+        detections that this effect explained.
 
         If ``name`` is a line, an oscillation that it explains is not listed: the oscillation is the
         line itself, measured with another size.
@@ -191,9 +201,9 @@ class Findings:
             same.append(f"{near.rms_arcsec:.2g}″ RMS near {near.hz:.3g} Hz")
         return replace(left, cause=name, same=tuple(same))
 
-    def without_fast(self, hz: float, passes: Sequence[tuple[float, float]]) -> Findings:
-        """Return the findings without the fast lines that are a line of the frequency ``hz`` in one
-        of the passes; ``passes``: speed in turns per second and duration in seconds of each."""
+    def without_fast(self, hz: float, passes: Sequence[tuple[float, float]]) -> Detections:
+        """Return the detections without the fast lines that are a line of the frequency ``hz`` in
+        one of the passes; ``passes``: speed in turns per second and duration in seconds of each."""
 
         def is_it(line: FastLineOfRows) -> bool:
             speeds = [(1.0, duration_s) for _, duration_s in passes] if line.in_time else passes
@@ -203,8 +213,8 @@ class Findings:
 
         return replace(self, fast=tuple(line for line in self.fast if not is_it(line)))
 
-    def without(self, one: RegularCause | None) -> Findings:
-        """Return the findings without one of the causes, which is in the model."""
+    def without(self, one: RegularCause | None) -> Detections:
+        """Return the detections without one of the causes, which is in the model."""
         return replace(self, causes=tuple(item for item in self.causes if item is not one))
 
     def searched(self, nonlinear: Nonlinear) -> bool:
@@ -216,8 +226,8 @@ class Findings:
             return False
         return any(band.in_time == in_time and rate <= band.highest for band in self.bands)
 
-    def without_steps(self) -> Findings:
-        """Return the findings without steps, for a model with an effect that is itself a step."""
+    def without_steps(self) -> Detections:
+        """Return the detections without steps, for a model with an effect that is itself a step."""
         return replace(self, steps=())
 
     @property
@@ -234,7 +244,7 @@ class Findings:
         return bool(self.steps) or self.cycles is not None or not white
 
     def data(self) -> dict[str, Any]:
-        """Return the findings as JSON."""
+        """Return the detections as JSON."""
         return {
             "regular": [cause.data() for cause in self.causes],
             "fast_lines": [
@@ -267,47 +277,63 @@ class Findings:
         }
 
     def sentences(self) -> list[str]:
-        """Return the findings in words, one sentence each."""
+        """Return the detections in words, one sentence each."""
+        return [item.sentence for item in self.statements()]
+
+    def statements(self) -> list[Statement]:
+        """Return the sentences on the detections."""
         found = []
         if self.same:
             found.append(
-                f"The reference shows the same error as {self.cause}: {'; '.join(self.same)}."
+                Statement(
+                    f"The reference shows the same error as {self.cause}: {'; '.join(self.same)}."
+                )
             )
-        found += [words for _, words in sorted(self._by_size(), key=lambda item: -item[0])]
+        found += [item for _, item in sorted(self._by_size(), key=lambda item: -item[0])]
         if self.cycles is not None:
             words = self.cycles.words()
-            found.append(f"{words[0].upper()}{words[1:]}.")
+            found.append(Statement(f"{words[0].upper()}{words[1:]}.", words))
         if self.places is not None:
             words = self.places.words()
-            found.append(f"{words[0].upper()}{words[1:]}.")
+            found.append(Statement(f"{words[0].upper()}{words[1:]}.", words))
         if self.slow is not None:
             found.append(
-                f"A slow change of unknown form, {angle_words(self.slow.size_arcsec)} over "
-                f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
+                Statement(
+                    f"A slow change of unknown form, {angle_words(self.slow.size_arcsec)} over "
+                    f"{self.slow.length:.4g} s, is most of the remaining error of the reference."
+                )
             )
         if self.drift is not None:
+            size = angle_words(self.drift.size_arcsec)
             found.append(
-                "With these lines in the model, the error of the reference changes evenly by "
-                f"{angle_words(self.drift.size_arcsec)} (u {angle_words(self.drift.sigma_arcsec)}) "
-                f"over {self.drift.length:.4g} s."
+                Statement(
+                    "With these lines in the model, the error of the reference changes evenly by "
+                    f"{size} (u {angle_words(self.drift.sigma_arcsec)}) over "
+                    f"{self.drift.length:.4g} s."
+                )
             )
         if self.oscillation is not None:
-            where = "error" if self.oscillation.is_line else "noise"
-            found.append(f"The {where} contains {self.oscillation.words()}.")
+            where, words = (
+                "error" if self.oscillation.is_line else "noise",
+                self.oscillation.words(),
+            )
+            found.append(Statement(f"The {where} contains {words}.", words))
         if self.noise_level_ratio is not None:
             found.append(
-                "The noise level of the reference changes with time: the level of its noisy parts "
-                f"is {self.noise_level_ratio:.2g} times that of its quiet parts."
+                Statement(
+                    "The noise level of the reference changes with time: the level of its noisy "
+                    f"parts is {self.noise_level_ratio:.2g} times that of its quiet parts."
+                )
             )
         return found
 
-    def _by_size(self) -> Iterator[tuple[float, str]]:
-        """Yield sentences, each with the RMS of its finding in arcseconds."""
+    def _by_size(self) -> Iterator[tuple[float, Statement]]:
+        """Yield sentences, each with the RMS of its detection in arcseconds."""
         if self.causes:
             words = "; ".join(cause.words() for cause in self.causes)
             yield (
                 max(cause.taken_arcsec for cause in self.causes),
-                f"Regular errors in the reference, with the size of each: {words}.",
+                Statement(f"Regular errors in the reference, with the size of each: {words}."),
             )
         if self.fast:
             words = "; ".join(line.words() for line in self.fast[:MOST_FAST])
@@ -315,7 +341,9 @@ class Findings:
             words += f"; and {more} smaller" if more > 0 else ""
             yield (
                 self.fast[0].amplitude_arcsec / np.sqrt(2.0),
-                f"Single rows show lines too fast for the averaged rows of the search: {words}.",
+                Statement(
+                    f"Single rows show lines too fast for the averaged rows of the search: {words}."
+                ),
             )
         if self.reversal is not None:
             # Half of the error acts upwards and half downwards.
@@ -332,11 +360,14 @@ class Findings:
                     f"Up and down differ by {angle_words(size)} (u {angle_words(sigma)}) over "
                     f"{passes}."
                 )
-            yield size / 2.0, words
+            yield size / 2.0, Statement(words)
         if self.steps:
             yield (
                 max(abs(step.size_arcsec) for step in self.steps) / 2.0,
-                list_of_jumps(self.steps),
+                Statement(
+                    list_of_jumps(self.steps),
+                    self.steps[0].words() if len(self.steps) == 1 else None,
+                ),
             )
 
 

@@ -44,7 +44,7 @@ fit."""
 
 
 @dataclass(frozen=True)
-class AlikeSlips:
+class EqualSlips:
     """Steps of R₂ − R₁ with one sign and one whole number of counts."""
 
     counts: int
@@ -62,7 +62,7 @@ class AlikeSlips:
         return bool(slow) and max(slow) < min(self.speeds_deg_s[run] for run in self.of_run)
 
     def words(self) -> str:
-        """Return the finding in words."""
+        """Return the detection in words."""
         way = "falls" if self.counts < 0 else "rises"
         runs = ", ".join(f"{number} times in run {run}" for run, number in self.of_run.items())
         said = (
@@ -79,7 +79,7 @@ class AlikeSlips:
         )
 
 
-def slips_alike(solution: Solution) -> AlikeSlips | None:
+def equal_slips(solution: Solution) -> EqualSlips | None:
     """Return steps of the capture of two heads that have one sign and one whole number of counts;
     None if there are fewer than LEAST_STEPS, or if random sizes may be as equal by chance."""
     observations = solution.observations
@@ -113,7 +113,7 @@ def slips_alike(solution: Solution) -> AlikeSlips | None:
         int(rows.run[start]): float(np.degrees(np.median(np.abs(rows.speed_rad_s[start:end]))))
         for start, end in run_spans(rows.run)
     }
-    return AlikeSlips(counts, abs(one), of_run, speeds)
+    return EqualSlips(counts, abs(one), of_run, speeds)
 
 
 def _steps(solution: Solution, rows: CaptureRows) -> tuple[Integer, Float, Float] | None:

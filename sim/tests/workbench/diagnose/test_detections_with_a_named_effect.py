@@ -1,4 +1,4 @@
-"""Tests that the diagnosis lists a finding only if it remains when the named effect is in the
+"""Tests that the diagnosis lists a detection only if it remains when the named effect is in the
 model.
 
 The set is computed from the geometry: a rotary reference at 360 stations shows an error with the
@@ -83,10 +83,10 @@ def _set(belt_arcsec: float) -> MeasurementSet:
 def test_an_alias_of_the_named_effect_is_no_finding_of_its_own() -> None:
     found = _found()
     assert [found.verdict, *found.effect_class] == ["named", "subdivision_error"]
-    findings = found.findings
-    assert findings.oscillation is None
-    assert findings.causes == ()
-    assert findings.steps == ()
+    detections = found.detections
+    assert detections.oscillation is None
+    assert detections.causes == ()
+    assert detections.steps == ()
     assert found.further == []
     words = " ".join(sentences(found))
     assert "explains a further part" not in words
@@ -102,12 +102,12 @@ def test_the_alias_is_stated_to_be_the_named_effect() -> None:
 
 
 @pytest.mark.large
-def test_a_line_that_the_named_effect_does_not_make_stays_a_finding() -> None:
-    """A sine of 0.5″ that the named effect does not explain stays a finding: 0.5″ are five standard
-    uncertainties of one row, and 360 rows show the sine."""
+def test_a_line_that_the_named_effect_does_not_make_stays_a_detection() -> None:
+    """A sine of 0.5″ that the named effect does not explain stays a detection: 0.5″ are five
+    standard uncertainties of one row, and 360 rows show the sine."""
     found = _found(belt_arcsec=0.5)
     assert [found.verdict, *found.effect_class] == ["named", "subdivision_error"]
-    orders = [line.rate for cause in found.findings.causes for line in cause.lines]
+    orders = [line.rate for cause in found.detections.causes for line in cause.lines]
     assert any(abs(order - 61.3) < 1.0 for order in orders)
 
 
@@ -135,4 +135,4 @@ def test_an_error_that_follows_the_speed_does_not_jump_from_run_to_run() -> None
     assert found.verdict == "unknown"
     assert found.description is not None
     assert "speed" in found.description
-    assert found.findings.steps == ()
+    assert found.detections.steps == ()
