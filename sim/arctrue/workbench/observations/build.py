@@ -26,6 +26,7 @@ from arctrue.workbench.observations.run_speed import run_speeds
 from arctrue.workbench.observations.run_turns import rows_of_short_runs
 from arctrue.workbench.observations.since_reversal import since_reversal
 from arctrue.workbench.observations.stored import RunFacts, StoredCapture, electrical_rad
+from arctrue.workbench.observations.thermometer import without_sensor_noise
 from arctrue.workbench.observations.true_angle import true_angle
 from arctrue.workbench.observations.used_rows import (
     counted_once,
@@ -80,7 +81,7 @@ def observations_of(
         short, left_out = rows_of_short_runs(used.rows, facts.counts_per_rev)
         if short.any():
             used = without_rows(used, short)
-        capture, used_capture = used.rows, used.numbers
+        capture, used_capture = _with_quiet_thermometer(used.rows), used.numbers
         masked += used.masked
         outlying_share["capture"] = used.outlying_share
     if reference is not None:
@@ -152,6 +153,14 @@ def observations_of(
             None if reference is None else reference.standard_uncertainty_arcsec
         ),
     )
+
+
+def _with_quiet_thermometer(capture: Capture) -> Capture:
+    """Return the capture with the temperature of its rows without the noise of the sensor."""
+    if capture.temperature_c is None:
+        return capture
+    quiet = without_sensor_noise(capture.temperature_c, capture.time_s, capture.run)
+    return replace(capture, temperature_c=quiet)
 
 
 def _session_starts_s(capture: Capture | None, reference: Reference | None) -> tuple[float, float]:
