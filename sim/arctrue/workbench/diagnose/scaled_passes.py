@@ -256,11 +256,11 @@ def _separated(
     for values in [ways, *(item.values(rows) for item in conditions)]:
         if values is None:
             continue
-        own = float(values[rows_of[one_pass]].mean())
+        mean = float(values[rows_of[one_pass]].mean())
         means = np.array([values[rows_of[other]].mean() for other in alike])
         within = float(np.mean([np.std(values[rows_of[other]]) for other in alike]))
-        away = max(own - float(means.max()), float(means.min()) - own)
-        if away > DIFFERS * max(within, float(np.ptp(means))) + 1e-9 * abs(own):
+        away = max(mean - float(means.max()), float(means.min()) - mean)
+        if away > DIFFERS * max(within, float(np.ptp(means))) + 1e-9 * abs(mean):
             return True
     return False
 
