@@ -305,7 +305,7 @@ def _reason(item: _Factor) -> str:
     if max(abs(item.size), 1.0 / abs(item.size)) < FAR:
         return f": the sign of error_arcsec is wrong in one of them{asked}"
     smaller = "its" if (abs(item.size) < 1.0) == (unit != "microradians") else "the other"
-    sign = " and has the other sign" if item.size < 0.0 else ""
+    sign = ", with the other sign" if item.size < 0.0 else ""
     if unit is None:
         return f"{scatter}: the unit or the gain is another{sign}{asked}"
     if unit == SURE_FACTORS[1000.0]:

@@ -64,7 +64,7 @@ def _faults(measurement: MeasurementSet) -> list[str]:
         (np.pi / 0.648, "its errors seem to be in microradians"),
         (0.001, "one unit is 1,000 times the other"),
         (1.0 / 7.3, "the unit or the gain is another"),
-        (-1.0 / 60.0, "its errors seem to be in arcminutes and has the other sign"),
+        (-1.0 / 60.0, "its errors seem to be in arcminutes, with the other sign"),
         (-1.0, "the sign of error_arcsec is wrong in one of them"),
     ],
 )
