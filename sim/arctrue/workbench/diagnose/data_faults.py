@@ -14,6 +14,7 @@ from scipy.ndimage import median_filter
 from arctrue.base.percent import percent
 from arctrue.base.runs import run_spans
 from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.workbench.diagnose.scaled_passes import scaled_passes
 from arctrue.workbench.diagnose.wrapped_counter import wraps_of
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.file_lines import file_line
@@ -95,6 +96,7 @@ def data_faults(observations: Observations) -> list[str]:
         # outliers.
         limits = saturated_rows(stations, observations.used_reference_rows)
         found += limits or frozen_rows(stations, observations.used_reference_rows)
+        found += scaled_passes(observations)
     found += [
         f"{channel}: {percent(share)} of the rows are outliers, each far from the rows around it; "
         f"at most {percent(MOST_SHARE)} are left out as single wrong rows"

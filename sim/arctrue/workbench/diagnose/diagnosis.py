@@ -46,6 +46,8 @@ from arctrue.workbench.inference.every_row import on_every_row
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.forward.oscillation import Oscillation
 from arctrue.workbench.inference.left import Left
+from arctrue.workbench.inference.place_among_orders import place_among_orders
+from arctrue.workbench.inference.repeated_error import RepeatedError
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.search_parameters import refined
 from arctrue.workbench.inference.solution import Solution
@@ -223,6 +225,8 @@ def diagnose(
     detections = _once(
         detections, found.decision.oscillation or detections.oscillation, observations
     )
+    if found.detections.places is not None:
+        detections = replace(detections, places=found.detections.places)
     lag = lag_of(found.described, base) if found.verdict == "unknown" else None
     if lag is not None or found.slopes is not None:
         detections = replace(detections, slow=None)
@@ -420,7 +424,12 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         slopes = slopes_of_passes(case.survey.base)
         if slopes is not None and abs(slopes.size_arcsec) < case.survey.matters_arcsec:
             slopes = None
-    if scatter is not None or directions is not None or slopes is not None:
+    place: RepeatedError | None = None
+    if case is not None and nothing and case.survey.detections.places is None:
+        place = place_among_orders(case.survey.base)
+        if place is not None and place.largest_arcsec < case.survey.matters_arcsec:
+            place = None
+    if any(item is not None for item in (scatter, directions, slopes, place)):
         probability = _less_of_none(probability)
     measurement = found.next or measurement_for(found.question, found.described)
     if slopes is not None:
@@ -454,6 +463,7 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         directions=directions,
         equal=equal,
         slopes=slopes,
+        detections=Detections(places=place),
     )
 
 
@@ -473,8 +483,8 @@ def _with_further(found: Decision) -> Solution | None:
 
 MOST_OF_NONE = 0.5
 """Largest probability of ``none``, its prior, if the runs' offsets scatter beyond the known index
-or differ between the directions, or if passes differ by a slope: no answer of the calibration had
-such detections."""
+or differ between the directions, if passes differ by a slope, or if a single station is off among
+many orders: no answer of the calibration had such detections."""
 
 
 def _less_of_none(probability: Mapping[str, float]) -> dict[str, float]:

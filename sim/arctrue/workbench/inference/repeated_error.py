@@ -40,6 +40,9 @@ class RepeatedError:
     step: Spot | None = None
     """Step of the error at one angle, in place of single places; its size is the error after the
     step minus that before, in the direction of increasing angle."""
+    beyond_order: int = 0
+    """Order up to which a curve is removed, if the higher orders of the model contain the place;
+    otherwise 0."""
 
     @property
     def is_most(self) -> bool:
@@ -78,7 +81,13 @@ class RepeatedError:
         more = "" if len(first) <= SHOWN_SPOTS else f" and {len(first) - SHOWN_SPOTS} more"
         kind = "station" if self.stations else "place"
         kind = f"a single {kind} is" if len(first) == 1 else f"single {kind}s are"
-        return f"{kind} off in each of {self.passes} passes: {said}{more}"
+        among = ""
+        if self.beyond_order:
+            among = (
+                f", beyond a curve of the orders 1 to {self.beyond_order}; the higher orders of "
+                "the model contain this error, so that no residual shows it"
+            )
+        return f"{kind} off in each of {self.passes} passes: {said}{more}{among}"
 
     def data(self) -> dict[str, object]:
         """Return the detection as JSON."""

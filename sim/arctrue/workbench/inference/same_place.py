@@ -336,7 +336,7 @@ class Visits:
         )
 
     @cached_property
-    def _system(self) -> tuple[Float, Float, Float]:
+    def system(self) -> tuple[Float, Float, Float]:
         """Normal matrix and moment of the errors of the places, with the curves of the passes
         projected out, and the passes of each place."""
         places = self.angle_rad.size
@@ -356,7 +356,7 @@ class Visits:
             return None
         if min(basis.shape[1] for _, basis in self.bases) < LEAST_CURVE:
             return None
-        test, (normal, moment, _) = self.by_place, self._system
+        test, (normal, moment, _) = self.by_place, self.system
         step = best_step(
             self.angle_rad, self.crossed, normal, moment, within_a_place=not self.stations
         )
@@ -387,7 +387,7 @@ class Visits:
 
     def _much_is_left(self, explained: float, parameters: int) -> bool:
         """Tell whether a large and significant part of the repeated error remains."""
-        test, (_, moment, count) = self.by_place, self._system
+        test, (_, moment, count) = self.by_place, self.system
         before = float(np.sum(moment**2 / count))
         free_left = max(test.between_freedom - parameters, 1.0)
         left = max(before - explained, 0.0) / free_left
@@ -420,7 +420,7 @@ class Visits:
         """
         test, places = self.by_place, self.angle_rad.size
         none = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
-        normal, moment, count = self._system
+        normal, moment, count = self.system
         found: list[int] = []
         sizes: Float = np.zeros(0)
         inverse: Float = np.zeros((0, 0))

@@ -42,6 +42,30 @@ def visits_of_rows(rows: ReferenceRows) -> Visits | None:
     return _visits(rows, np.zeros(size), np.zeros((size, 0)), None, over_travel=False)
 
 
+def visits_beyond_low_orders(
+    rows: ReferenceRows, orders: int, noise: RowNoise | None
+) -> tuple[Visits, int] | None:
+    """Return the visits of stations of whole turns without a curve of the orders 1 to n, and n; n
+    is the largest order that leaves LEAST_LEFT degrees of freedom in each pass.
+
+    ``orders``: number of orders of the model. Returns None if the model leaves as many, or if no
+    order does.
+    """
+    usual = visits_of_rows(rows)
+    if usual is None or not usual.stations or usual.angle_rad.size < 2:
+        return None
+    fewest = min(inside.size for inside, _ in usual.bases)
+    low = (fewest - 1 - LEAST_LEFT) // 2
+    gap = float(np.max(np.diff(usual.angle_rad, append=usual.angle_rad[0] + 2.0 * np.pi)))
+    if low < 1 or low >= orders or gap * low > np.pi:
+        return None
+    numbers = np.arange(1, low + 1)
+    phase = rows.target_rad[:, np.newaxis] * numbers
+    columns = np.concatenate([np.cos(phase), np.sin(phase)], axis=1)
+    found = _visits(rows, rows.error_arcsec, columns, noise, over_travel=False)
+    return None if found is None else (found, low)
+
+
 def visits_of(solution: Solution) -> Visits | None:
     """Return the visits of the places of a reference; None if no second pass repeats its places.
 
