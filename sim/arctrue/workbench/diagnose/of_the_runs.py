@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
-from arctrue.workbench.effects.base import Effect, Nonlinear
+from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
 from arctrue.workbench.effects.part_conditions import recorded_conditions
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.likelihood_ratio import with_index_as_known
@@ -182,6 +182,42 @@ def direction_difference(residuals: Residuals) -> DirectionDifference | None:
     if 2.0 * student_upper_p(size / u_arcsec, freedom) > DIFFERENCE_P:
         return None
     return DirectionDifference(size, u_arcsec)
+
+
+def head_1_reverses(left: Residuals, reversal: Parameter) -> str | None:
+    """Explain in words why head 1 alone causes a reversal error of the reference; None if the disc
+    may cause it.
+
+    ``left``: residuals with the reversal error in the model. Friction between disc and table does
+    not change R₂ − R₁. If head 1 alone moves with the direction, R₂ − R₁ changes by the reversal
+    error with the opposite sign. The change must be significant (p below FOLLOWS_P) and may differ
+    from this value by chance only. The scatter of the runs within each direction and the known
+    index determine its uncertainty, the index with the degrees of freedom of its prior.
+    """
+    observations, index = left.observations, left.solution.noise
+    rows = observations.capture
+    if rows is None or rows.channels != 1 or rows.runs - 2 < 1:
+        return None
+    offsets = with_index_as_known(left).solution.run_offsets_arcsec
+    way = np.sign(rows.direction[np.unique(rows.run, return_index=True)[1]])
+    up, down = offsets[way > 0.0], offsets[way < 0.0]
+    if min(up.size, down.size) < 1:
+        return None
+    within = float(np.sum((up - up.mean()) ** 2) + np.sum((down - down.mean()) ** 2))
+    freedom = index.index_freedom + up.size + down.size - 2.0
+    variance = (index.index_freedom * observations.index_sigma_arcsec**2 + within) / freedom
+    u_arcsec = float(np.sqrt(variance * (1.0 / up.size + 1.0 / down.size)))
+    size = float(up.mean() - down.mean())
+    away = abs(size + reversal.value) / float(np.hypot(u_arcsec, reversal.sigma))
+    if (
+        2.0 * student_upper_p(abs(size) / u_arcsec, freedom) >= FOLLOWS_P
+        or 2.0 * student_upper_p(away, freedom) < SIGNIFICANCE
+    ):
+        return None
+    return (
+        f"R₂ − R₁ also differs between the directions, by {size:.3g}″ (u {u_arcsec:.2g}″), the "
+        "negative reversal error: head 1 alone moves with the direction, and not the disc"
+    )
 
 
 def offsets_follow(residuals: Residuals) -> FollowedCondition | None:

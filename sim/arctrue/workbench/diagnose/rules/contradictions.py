@@ -7,7 +7,11 @@ from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND, stands_in
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.next_measurement import ONE_MORE_DIGIT
-from arctrue.workbench.diagnose.of_the_runs import offsets_are_large, runs_differ_with
+from arctrue.workbench.diagnose.of_the_runs import (
+    head_1_reverses,
+    offsets_are_large,
+    runs_differ_with,
+)
 from arctrue.workbench.diagnose.own_tests import (
     follows_the_reading,
     further_motion,
@@ -22,6 +26,7 @@ from arctrue.workbench.diagnose.rules.best_effect import (
     only_resembles,
 )
 from arctrue.workbench.diagnose.speed_ladder import not_in_proportion
+from arctrue.workbench.inference.residuals import Residuals
 
 
 def rounded_by_the_display(case: Case) -> Decision | None:
@@ -57,6 +62,9 @@ def contradicts_itself(case: Case) -> Decision | None:
     if why is None and best.effect.search:
         found = best.at_maximum.parameters()[-1]
         why = best.effect.search_contradiction(found, solution.observations)
+    if why is None and best.name == "hysteresis":
+        found = best.at_maximum.parameters()[-1]
+        why = head_1_reverses(Residuals(best.at_maximum), found["reversal_error"])
     if why is None:
         return None
     # A product that explains the same error as the best effect describes this error without naming
