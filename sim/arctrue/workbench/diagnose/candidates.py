@@ -14,10 +14,16 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.progress import ReportStep
+from arctrue.workbench.diagnose.bent import best_bent, straight
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
 from arctrue.workbench.diagnose.detections import Detections, RegularCause
-from arctrue.workbench.diagnose.parts_range import LEAST_WAVE
-from arctrue.workbench.diagnose.parts_scan import PartsCandidate, best_parts, parts_above
+from arctrue.workbench.diagnose.parts_range import LEAST_WAVE, only_cancels
+from arctrue.workbench.diagnose.parts_scan import (
+    PartsCandidate,
+    best_parts,
+    parts_above,
+    share_of_the_bent,
+)
 from arctrue.workbench.effects.base import Effect, orders_of_parts
 from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
 from arctrue.workbench.inference.likelihood_ratio import with_index_as_known
@@ -127,6 +133,28 @@ def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
     if found and shares[least] < MOST_LEFT and found[least].p_corrected < SIGNIFICANCE:
         found.insert(0, found.pop(least))
     return found
+
+
+def tried_bent(residuals: Residuals, looks: int) -> list[Candidate]:
+    """Return the condition and the form of it that :func:`best_bent` finds, if the form may be
+    stated; otherwise no candidate.
+
+    Until the noise is estimated anew, p follows from the white part of the noise, because slow
+    noise may have absorbed the error.
+    """
+    found = best_bent(residuals)
+    if found is None or only_cancels(residuals, found.effect, residuals.score(found.effect, {})):
+        return []
+    share = share_of_the_bent(residuals.observations)
+    p_value = corrected_p_value(found.gain, found.rank, found.trials / share, looks)
+    return [
+        replace(
+            _candidate(effect, {}, found.trials, residuals, 1),
+            level_trials=found.trials / share,
+            p_corrected=p_value,
+        )
+        for effect in (straight(found.effect, residuals.observations), found.effect)
+    ]
 
 
 def tried_above(residuals: Residuals, looks: int) -> list[Candidate]:

@@ -9,6 +9,7 @@ from functools import cached_property
 
 from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.aliases import above_half_the_samples
+from arctrue.workbench.diagnose.bent import follows_a_record
 from arctrue.workbench.diagnose.candidate import (
     ONCE,
     Candidate,
@@ -192,7 +193,10 @@ class Case:
         if best is None or not self.shown_by_parts(best) or not is_smaller(found, best):
             return found
         rivals = best.regular is None and compete(self.survey, best, found)
-        return found if rivals else None
+        # A line in time has a free phase and a free period, so that it explains a little more than
+        # a recorded condition that causes it.
+        same = follows_a_record(found.effect) and stands_in(best, found)
+        return found if rivals or same else None
 
     @property
     def ahead(self) -> float:

@@ -13,10 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.progress import ReportStep
-from arctrue.workbench.diagnose.candidate import Candidate, SecondRunEffect
+from arctrue.workbench.diagnose.bent import is_bent
+from arctrue.workbench.diagnose.candidate import Candidate, SecondRunEffect, delta_bic
 from arctrue.workbench.diagnose.candidates import (
     regular_candidates,
     tried_above,
+    tried_bent,
     tried_effects,
     tried_products,
     with_regular,
@@ -24,6 +26,7 @@ from arctrue.workbench.diagnose.candidates import (
 from arctrue.workbench.diagnose.detections import Detections
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
 from arctrue.workbench.diagnose.evidence_of_one import (
+    AS_GOOD,
     with_evidence,
     with_gain_of,
     with_noise_of_another,
@@ -115,16 +118,23 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     speed. The noise is estimated anew for one candidate of the catalogue after another: first for
     the lines of a forward search, then for the others in the order of their ΔBIC. The estimates end
     after MOST_WEIGHED candidates, or when no further candidate can be ahead of the real effect. The
-    first product of parts gets evidence too if it can be ahead of the real effect.
+    first product of parts, and the best form of a recorded condition with this condition, get
+    evidence too if they can be ahead of the real effect.
     """
     null = Null(tried.residuals)
     beyond = replace(tried, residuals=_beyond_steps(tried.residuals, tried.detections))
     null_of_lines = null if beyond.residuals is tried.residuals else Null(beyond.residuals)
     waiting = _near_to_a_name(tried)
     products = tried.parts[:1]
+    bent = [
+        item
+        for item in tried_bent(tried.residuals, tried.looks)
+        if all(item.effect.settings != other.effect.settings for other in products)
+    ]
     if not negligible:
         waiting = [item for item in waiting if tried.may_matter(item)]
         products = [item for item in products if tried.may_matter(item)]
+        bent = [item for item in bent if tried.may_matter(item)]
     together = _second_run_effects(tried)
     named = {item.name for item in waiting}
     waiting += [item for item in tried.candidates if item.name in together.keys() - named]
@@ -161,6 +171,11 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
         *(_judged_product(item, real, tried, null, report_step) for item in products),
         *tried.parts[len(products) :],
     ]
+    parts = _with_the_bent(
+        parts,
+        [_judged_product(item, real, tried, null, report_step) for item in bent],
+        tried,
+    )
     candidates = [judged.get(item.name, item) for item in tried.candidates]
     if real is not None:
         anew = with_noise_of([*candidates, *parts], real)
@@ -284,6 +299,26 @@ def _largest_sure(item: Candidate, tried: Survey, null: Null, report_step: Repor
             if smaller.p_corrected < SIGNIFICANCE:
                 return smaller
     return judged
+
+
+def _with_the_bent(parts: list[Candidate], bent: list[Candidate], tried: Survey) -> list[Candidate]:
+    """Return the products of parts; a condition, or a form of it, comes first if it is ahead.
+
+    A form must be ahead of its condition, and both of the first product, by AS_GOOD: the simpler
+    product otherwise describes the error. The place or lag of a form counts as a coefficient.
+    """
+
+    def bic_of(item: Candidate) -> float:
+        return delta_bic(item.gain, item.rank + is_bent(item.effect), 1.0, item.rows)
+
+    for item in bent:
+        first = next(iter(parts), None)
+        if item.evidence is None or item.p_corrected >= SIGNIFICANCE or not tried.confirmed(item):
+            continue
+        stated = first is not None and first.p_corrected < SIGNIFICANCE and tried.confirmed(first)
+        if not stated or first is None or bic_of(item) > bic_of(first) + AS_GOOD:
+            parts = [item, *parts]
+    return parts
 
 
 def _judged_product(

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.progress import ReportStep
+from arctrue.workbench.diagnose.bent import is_bent
 from arctrue.workbench.diagnose.candidate import (
     RUNS_ARE_THE_SAMPLE,
     Candidate,
@@ -47,7 +48,9 @@ def with_evidence(
     residuals = tried.residuals
     report_step(f"the noise with {item.name} in the model")
     found = evidence(null, item.effect, item.nonlinear)
-    if found.score.gain > MUCH_MORE * residuals.score(item.effect, item.nonlinear).gain:
+    before = residuals.score(item.effect, item.nonlinear).gain
+    # The search of a bent form used the white part of the noise, which did not absorb the error.
+    if found.score.gain > MUCH_MORE * before and not is_bent(item.effect):
         if isinstance(item.effect, ProductOfParts):
             item, found = _product_in_less_noise(item, found, tried, null)
         else:

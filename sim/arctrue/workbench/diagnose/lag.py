@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arctrue.workbench.diagnose.candidate import Candidate
-from arctrue.workbench.effects.part_conditions import TEMPERATURE
+from arctrue.workbench.effects.first_order_lag import behind, both_ways
+from arctrue.workbench.effects.part_conditions import LAG, TEMPERATURE
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.inference.design_matrix import channel_columns
 from arctrue.workbench.inference.solution import Solution
@@ -53,8 +54,9 @@ class Lag:
 
     def words(self) -> str:
         """Describe the lag in words."""
+        lag_s = float(f"{self.time_constant_s:.3g}")
         return (
-            f"The error follows {self.part} with a lag of about {self.time_constant_s:.3g} s: with "
+            f"The error follows {self.part} with a lag of about {lag_s:g} s: with "
             f"this lag its size is {abs(self.size):.3g}{self.unit}. A further line or slow change "
             "at the periods of this column is not another error."
         )
@@ -67,6 +69,9 @@ def lag_of(item: Candidate | None, base: Solution) -> Lag | None:
     if item is None or not isinstance(item.effect, ProductOfParts) or rows is None:
         return None
     condition = item.effect.condition
+    if condition.form == LAG and condition.time_constant_s is not None:
+        size, unit = item.parameters()["size"].value, f"″{_per(condition.unit)}"
+        return Lag(condition.part.removeprefix("lag:"), condition.time_constant_s, size, unit)
     recorded = condition.column is not None or condition is TEMPERATURE
     if item.effect.orders or condition.by_direction or not recorded:
         return None
@@ -89,7 +94,7 @@ def lag_of(item: Candidate | None, base: Solution) -> Lag | None:
     at = int(np.argmin([left for left, _ in tried]))
     if at == TRIED - 1 or tried[at][0] > (1.0 - MOST_OF_LEFT) * alone:
         return None
-    symmetric = min(_left(others, _both_ways(values, time_s, lag), measured)[0] for lag in lags)
+    symmetric = min(_left(others, both_ways(values, time_s, lag), measured)[0] for lag in lags)
     if tried[at][0] > (1.0 - MOST_OF_LEFT) * symmetric:
         return None
     fine = np.geomspace(lags[max(at - 1, 0)], lags[at + 1], TRIED)
@@ -104,26 +109,6 @@ def lag_of(item: Candidate | None, base: Solution) -> Lag | None:
 
 def _per(unit: str) -> str:
     return "" if unit in ("", "1") else f"/{unit}"
-
-
-def behind(values: Float, time_s: Float, lag_s: float) -> Float:
-    """Return the condition behind a first-order lag, which begins at rest; values are joined by
-    straight lines."""
-    steps = np.diff(time_s)
-    kept = np.exp(-steps / lag_s)
-    slack = lag_s * np.diff(values) / steps
-    # Exact for a straight line: T_b = T − τ·T′ + (T_b − T + τ·T′)₀·e^(−t/τ)
-    added = values[1:] - slack - kept * (values[:-1] - slack)
-    found = [float(values[0])]
-    for share, further in zip(kept.tolist(), added.tolist(), strict=True):
-        found.append(share * found[-1] + further)
-    return np.array(found)
-
-
-def _both_ways(values: Float, time_s: Float, lag_s: float) -> Float:
-    """Return the condition smoothed over the lag's time, as much by later as by earlier rows."""
-    back = behind(values[::-1], -time_s[::-1], lag_s)[::-1]
-    return 0.5 * (behind(values, time_s, lag_s) + back)
 
 
 def _averaged(values: Float, each: int) -> Float:

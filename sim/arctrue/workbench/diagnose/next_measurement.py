@@ -289,8 +289,8 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
         return LOOK_AT_THE_STAND
     if product.condition.column is not None:
         return NextMeasurement(
-            f"the same measurement with another {product.condition.column}, all else equal: the "
-            "error changes with it",
+            f"the same measurement with another {product.condition.column_words}, all else equal: "
+            "the error changes with it",
             None,
         )
     if any(order != round(order) for order in product.orders):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from arctrue.workbench.effects.first_order_lag import behind
 from arctrue.workbench.effects.gateware_lanes import Condition as GatewareCondition
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 from arctrue.workbench.observations.column_unit import column_unit
@@ -49,14 +50,21 @@ class Condition:
 
     @property
     def without_power(self) -> str:
-        """Return ``part`` without its power: speed for speed^2."""
-        return self.part.partition("^")[0]
+        """Return ``part`` without its power or form: speed for speed^2."""
+        return self.column_words or self.part.partition("^")[0]
+
+    @property
+    def column_words(self) -> str | None:
+        """Return the name of the condition's column for people; None without a column."""
+        return None if self.column is None else _name_and_unit(self.column)[0]
 
     @property
     def settings(self) -> dict[str, object]:
         """Return the settings with which a :class:`ProductOfParts` has this condition."""
         if self.column is not None:
             found: dict[str, object] = {"column": self.column, "column_zero": self.column_zero}
+            if self.time_constant_s is not None:
+                found |= {"time_constant_s": self.time_constant_s}
             if self.form:
                 return found | {"condition": self.form}
             return found | ({"condition": "direction"} if self.by_direction else {})
@@ -176,7 +184,8 @@ def column_condition(column: str, zero: float) -> Condition:
 
 @dataclass(frozen=True)
 class _Form:
-    """A function of a column: its public name, words and unit (with the column's in braces)."""
+    """A function of a column minus its zero: its public name, words and unit, with the column, the
+    column minus its zero, or the column's unit in braces."""
 
     part: str
     words: str
@@ -194,32 +203,98 @@ FORMS: Mapping[str, _Form] = {
 """Forms of a column by their names in the setting ``condition``. Examples: a deflection by the
 square of a torque or a current; friction that grows with the size of a load; the pressure of wind,
 which grows with the square of its speed and has the sign of the speed."""
+BENT_FORMS: Mapping[str, _Form] = {
+    "square": FORMS["square"],
+    "size": FORMS["size"],
+    "above": _Form("above:{0}", "max(0, {0})", "{0}", lambda values: np.maximum(values, 0.0)),
+    "below": _Form("below:{0}", "max(0, −{0})", "{0}", lambda values: np.maximum(-values, 0.0)),
+}
+"""Forms of a column or of the temperature about a zero that a search finds. Examples: a distance
+that is shortest at one temperature; a joint that slips above a torque."""
+LAG = "lag"
+"""Name in the setting ``condition`` of a column behind a first-order lag."""
+TEMPERATURE_COLUMN = "temperature_c"
+"""Column of the temperature, which may have a form like a user's additional column."""
 
 
-def form_condition(column: str, form: str) -> Condition:
-    """Make the condition of a form of a user's additional column (one of FORMS), with the column's
-    own zero: without torque, current or wind there is no error.
+def column_of(rows: Rows, column: str) -> Float | None:
+    """Return an additional column of the user, or the temperature in degrees Celsius."""
+    return rows.temperature_c if column == TEMPERATURE_COLUMN else rows.conditions.get(column)
+
+
+def form_condition(
+    column: str, form: str, zero: float = 0.0, time_constant_s: float | None = None
+) -> Condition:
+    """Make the condition of a form (of FORMS or BENT_FORMS) of a column minus ``zero``; zero is 0
+    for the column's own zero: without torque, current or wind there is no error. The form LAG is
+    the column behind a first-order lag of ``time_constant_s``.
 
     Raises ValueError for an unknown form.
     """
-    if form not in FORMS:
-        raise ValueError(f"no form {form!r} of a column; there are: {', '.join(FORMS)}")
-    used = FORMS[form]
+    if form == LAG:
+        return _lag_condition(column, zero, time_constant_s or 0.0)
+    forms = FORMS | BENT_FORMS
+    if form not in forms:
+        known = ", ".join([*forms, LAG])
+        raise ValueError(f"no form {form!r} of a column; there are: {known}")
+    used = forms[form]
 
     def values(rows: Rows) -> Float | None:
-        found = rows.conditions.get(column)
-        return None if found is None else np.asarray(used.of(found))
+        found = column_of(rows, column)
+        return None if found is None else np.asarray(used.of(found - zero))
 
-    unit = column_unit(column)
+    name, unit = _name_and_unit(column)
     compound = f"({unit})" if "·" in unit and used.unit != "{0}" else unit
+    bare = form in ("above", "below", "size")
+    if form == "below":
+        words = f"max(0, {zero:g} − {name})"
+    else:
+        words = used.words.format(_away(name, zero, bare=bare))
     return Condition(
-        used.part.format(column),
-        used.words.format(column),
+        used.part.format(name),
+        words,
         used.unit.format(compound),
         values,
         column=column,
+        column_zero=zero,
         form=form,
     )
+
+
+def _lag_condition(column: str, zero: float, time_constant_s: float) -> Condition:
+    """Make the condition of a column of the reference behind a first-order lag."""
+
+    def values(rows: Rows) -> Float | None:
+        found = column_of(rows, column)
+        if found is None or rows.time_s is None or isinstance(rows, CaptureRows):
+            return None
+        if not np.all(np.diff(rows.time_s) > 0.0):
+            return None
+        return behind(found, rows.time_s, time_constant_s) - zero
+
+    name, unit = _name_and_unit(column)
+    return Condition(
+        f"lag:{name}",
+        f"{name} behind a lag of {float(f'{time_constant_s:.3g}'):g} s",
+        unit,
+        values,
+        time_constant_s,
+        column=column,
+        column_zero=zero,
+        form=LAG,
+    )
+
+
+def _name_and_unit(column: str) -> tuple[str, str]:
+    return ("temperature", "K") if column == TEMPERATURE_COLUMN else (column, column_unit(column))
+
+
+def _away(name: str, zero: float, *, bare: bool) -> str:
+    """Return a column minus its zero in words, in brackets unless ``bare``."""
+    if zero == 0.0:
+        return name
+    text = f"{name} − {zero:g}" if zero > 0.0 else f"{name} + {-zero:g}"
+    return text if bare else f"({text})"
 
 
 def condition_named(

@@ -35,8 +35,10 @@ from arctrue.workbench.effects.base import (
 )
 from arctrue.workbench.effects.part_conditions import (
     ALWAYS,
+    BENT_FORMS,
     BY_GATEWARE,
     FORMS,
+    LAG,
     TEMPERATURE,
     Condition,
     Float,
@@ -111,9 +113,10 @@ class ProductOfParts(Effect):
         One of four settings selects the factor. ``condition``: a name of CONDITIONS.
         ``time_constant_s`` > 0: exp(−t/τ), with t from the start of each run (``each_run``) or of
         the set. ``column``: a column minus ``column_zero``; with it, ``condition`` may be
-        "direction", which multiplies the column by the direction of the reference, or a name of
-        FORMS, which replaces the column by a function of the column. ``from_run``: 0 before this
-        run of the reference, 1 from this run on. ``orders``: an empty list is a constant.
+        "direction", which multiplies the column by the direction of the reference, a name of FORMS
+        or BENT_FORMS, which replaces the column minus ``column_zero`` by a function of it, or LAG
+        with ``time_constant_s``; the column may then be ``temperature_c``. ``from_run``: 0 before
+        this run of the reference, 1 from this run on. ``orders``: an empty list is a constant.
         ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. ``turned_by``: a
         column in degrees that is added to the angle of the orders of a reference, or, with a minus
         in front of its name, subtracted. Raises ValueError for settings that define no product.
@@ -122,15 +125,20 @@ class ProductOfParts(Effect):
         said = self.settings
         constant_s, column = float(str(said["time_constant_s"])), str(said["column"])
         by_direction = bool(column) and said["condition"] == "direction"
-        form = str(said["condition"]) if column and said["condition"] in FORMS else ""
+        forms = {*FORMS, *BENT_FORMS, LAG}
+        form = str(said["condition"]) if column and said["condition"] in forms else ""
         condition = bool(said["condition"]) and not by_direction and not form
         from_run = int(str(said["from_run"]))
-        if sum([condition, constant_s != 0.0, bool(column), from_run != 0]) > 1:
+        settles = constant_s != 0.0 and form != LAG
+        if sum([condition, settles, bool(column), from_run != 0]) > 1:
             self._refuse("condition", "only one of condition, time_constant_s, column and from_run")
         if constant_s < 0.0:
             self._refuse("time_constant_s", "seconds above 0, or 0 for no settling")
+        if form == LAG and constant_s == 0.0:
+            self._refuse("time_constant_s", "seconds above 0 for the lag of a column")
         if form:
-            self.condition = form_condition(column, form)
+            zero = float(str(said["column_zero"]))
+            self.condition = form_condition(column, form, zero, constant_s or None)
         elif column:
             self.condition = column_condition(column, float(str(said["column_zero"])))
             if by_direction:
@@ -168,7 +176,7 @@ class ProductOfParts(Effect):
         if self.condition is ALWAYS:
             return ""
         if self.condition.form:
-            return "the firmware loads no lane that follows a square or a size of a column"
+            return "the firmware loads no lane that follows another form of a column"
         if self.condition.by_direction:
             what = "the time" if self.condition.column is None else "a column"
             return f"the firmware loads no lane that follows {what} and the direction"

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
-from arctrue.workbench.diagnose.lag import Lag, behind, lag_of
+from arctrue.workbench.diagnose.lag import Lag, lag_of
 from arctrue.workbench.diagnose.report import sentences
 from arctrue.workbench.diagnose.report_json import diagnosis_data
+from arctrue.workbench.effects.first_order_lag import behind
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term

@@ -1,0 +1,223 @@
+"""Finds errors of the reference that follow a recorded condition in a bent or delayed form: about a
+place of its range (square, size, above, below), or behind a first-order lag.
+
+Slow noise that is estimated while the effect is not in the model absorbs such a slow error. The
+forms are therefore compared with the white part of the noise alone. Only the likelihood ratio with
+newly estimated noise decides whether a form is stated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from arctrue.workbench.effects.first_order_lag import both_ways
+from arctrue.workbench.effects.part_conditions import (
+    BENT_FORMS,
+    FORMS,
+    LAG,
+    TEMPERATURE,
+    TEMPERATURE_COLUMN,
+    Condition,
+    column_of,
+    form_condition,
+    recorded_conditions,
+)
+from arctrue.workbench.effects.product_of_parts import ProductOfParts
+from arctrue.workbench.inference.likelihood_ratio import without_slow_noise
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.scan.maximum import highest
+from arctrue.workbench.observations import Observations, ReferenceRows
+
+Float = NDArray[np.float64]
+
+PLACES = (0.15, 0.35, 0.5, 0.65, 0.85)
+"""Quantiles of a condition at which a form is tried. For a normal distribution they turn the
+parabola (c − c₀)² in five equal steps of the plane of c and c²; beyond them, it is nearly
+straight."""
+LAGS = 8
+"""Number of lags that are tried, in equal ratios."""
+SHORTEST_STEPS, LONGEST_SPANS = 2.0, 0.25
+"""Shortest lag, in median steps of the rows: a shorter lag only smooths the noise of the column.
+Longest lag, in lengths of the record: the start of a longer lag, before the first row, is not
+known."""
+ROUNDS = 8
+"""Largest number of steps in the search of a place or a lag, to limit cost."""
+LEAST_LEVELS = 4
+"""Fewest different values of a condition: a form with a free place fits any three levels."""
+MOST_ROWS = 20_000
+"""Largest number of rows of the reference, to limit cost."""
+OF_TIME = 3
+"""Highest power of the time that must explain less than the form. A condition that only rises and
+falls once, with any error that drifts, resembles such a curve."""
+
+
+@dataclass(frozen=True)
+class Bent:
+    """The best form of all conditions, and the number of forms that were tried."""
+
+    effect: ProductOfParts
+    gain: float
+    rank: int
+    trials: float
+
+
+def is_bent(effect: object) -> bool:
+    """Tell whether an effect is a form that this search finds; a form of a column about the
+    column's own zero belongs to the other products of parts."""
+    if not isinstance(effect, ProductOfParts) or effect.orders or effect.frame != "reference":
+        return False
+    condition = effect.condition
+    own = condition.form in FORMS and condition.column != TEMPERATURE_COLUMN
+    return bool(condition.form) and not (own and condition.column_zero == 0.0)
+
+
+def follows_a_record(effect: object) -> bool:
+    """Tell whether an effect is a recorded condition or a form of it, without an order."""
+    if not isinstance(effect, ProductOfParts) or effect.orders:
+        return False
+    return effect.condition is TEMPERATURE or effect.condition.column is not None
+
+
+def straight(effect: ProductOfParts, observations: Observations) -> ProductOfParts:
+    """Return the product with the recorded condition itself in place of its form."""
+    column = effect.condition.column
+    found = (item for item in recorded_conditions(observations) if item.column == column)
+    return _product(TEMPERATURE if column == TEMPERATURE_COLUMN else next(found))
+
+
+def bendable(observations: Observations) -> list[str]:
+    """Return the recorded conditions of the reference that may have a form."""
+    rows = observations.reference
+    if rows is None or rows.run.size > MOST_ROWS:
+        return []
+    found = []
+    for name in (TEMPERATURE_COLUMN, *rows.conditions):
+        values = column_of(rows, name)
+        if values is None or not np.all(np.isfinite(values)):
+            continue
+        if np.unique(values).size >= LEAST_LEVELS:
+            found.append(name)
+    return found
+
+
+def best_bent(residuals: Residuals) -> Bent | None:
+    """Return the form that leaves the least error in white noise; None without a form that explains
+    more than its condition itself, symmetric smoothing, or a smooth curve of the time."""
+    rows = residuals.observations.reference
+    names = bendable(residuals.observations)
+    if rows is None or not names:
+        return None
+    white = without_slow_noise(residuals)
+    tried = [item for name in names for item in _tried(rows, name)]
+    scores = white.scores([(_product(condition), {}) for condition, _ in tried])
+    number = int(np.argmax([score.gain for score in scores]))
+    effect = _product(_refined(white, rows, tried, number))
+    score = white.score(effect, {})
+    least = white.score(straight(effect, residuals.observations), {}).gain
+    if effect.condition.form == LAG:
+        least = max(least, _smoothed(white, rows, effect, [place for _, place in tried]))
+    least = max(least, _curve_of_time(white, rows))
+    if score.rank == 0 or score.gain <= least:
+        return None
+    return Bent(effect, score.gain, score.rank, float(len(tried)))
+
+
+def _product(condition: Condition) -> ProductOfParts:
+    return ProductOfParts.of(condition, (), "reference")
+
+
+def _tried(rows: ReferenceRows, column: str) -> Iterator[tuple[Condition, float]]:
+    """Return the forms of a column, each with its place or lag."""
+    values = column_of(rows, column)
+    assert values is not None
+    for form in BENT_FORMS:
+        for place in np.quantile(values, PLACES).tolist():
+            yield form_condition(column, form, _rounded(place)), place
+    time_s = rows.time_s
+    if time_s is None or not np.all(np.diff(time_s) > 0.0):
+        return
+    shortest = SHORTEST_STEPS * float(np.median(np.diff(time_s)))
+    longest = LONGEST_SPANS * float(np.ptp(time_s))
+    if longest > 2.0 * shortest:
+        middle = _rounded(float(np.median(values)))
+        for lag_s in np.geomspace(shortest, longest, LAGS).tolist():
+            yield form_condition(column, LAG, middle, _rounded(lag_s)), lag_s
+
+
+def _rounded(value: float) -> float:
+    """Return a value as the description states it."""
+    return float(f"{value:.4g}")
+
+
+def _refined(
+    white: Residuals, rows: ReferenceRows, tried: Sequence[tuple[Condition, float]], number: int
+) -> Condition:
+    """Return the form with the place or lag of the largest gain between its neighbours."""
+    condition, place = tried[number]
+    near = [
+        tried[other][1]
+        for other in (number - 1, number + 1)
+        if 0 <= other < len(tried)
+        and (tried[other][0].form, tried[other][0].column) == (condition.form, condition.column)
+    ]
+    column, form = condition.column or "", condition.form
+
+    def at(place: float) -> Condition:
+        if form == LAG:
+            return form_condition(column, LAG, condition.column_zero, _rounded(np.exp(place)))
+        return form_condition(column, form, _rounded(place))
+
+    def gain(place: float) -> float:
+        return white.score(_product(at(place)), {}).gain
+
+    if form == LAG:
+        place, near = float(np.log(place)), [float(np.log(lag_s)) for lag_s in near]
+    low, high = min([place, *near]), max([place, *near])
+    best, top = highest(gain, low, high, ROUNDS)
+    return at(best) if top > gain(place) else condition
+
+
+def _smoothed(
+    white: Residuals, rows: ReferenceRows, effect: ProductOfParts, lags_s: Sequence[float]
+) -> float:
+    """Return the largest gain of the condition after symmetric smoothing: any smoothing removes the
+    noise of a recorded column, so that a lag must explain more."""
+    values, time_s = column_of(rows, effect.condition.column or ""), rows.time_s
+    assert values is not None
+    assert time_s is not None
+    gains = []
+    for lag_s in [*np.geomspace(min(lags_s[-LAGS:]), max(lags_s[-LAGS:]), LAGS)]:
+        smooth = both_ways(values, time_s, float(lag_s))
+        gains.append(white.score(_of_values(smooth), {}).gain)
+    return max(gains)
+
+
+def _curve_of_time(white: Residuals, rows: ReferenceRows) -> float:
+    """Return the gain of a polynomial of the time of degree OF_TIME."""
+    if rows.time_s is None:
+        return 0.0
+    along = 2.0 * (rows.time_s - rows.time_s.min()) / max(float(np.ptp(rows.time_s)), 1e-300) - 1.0
+    total, base = 0.0, white
+    for power in range(1, OF_TIME + 1):
+        effect = _of_values(along**power)
+        score = base.score(effect, {})
+        if score.rank == 0:
+            break
+        total += score.gain
+        base = Residuals(base.solution_with(effect, {}, score))
+    return total
+
+
+def _of_values(values: Float) -> ProductOfParts:
+    """Return a product whose condition has these values in the rows of the reference."""
+
+    def of(rows: object) -> Float | None:
+        return values if isinstance(rows, ReferenceRows) else None
+
+    product = _product(TEMPERATURE)
+    product.condition = Condition("curve", "curve", "", of)
+    return product
