@@ -42,10 +42,20 @@ def test_short_of_a_turn(kept: int) -> None:
 
 
 def test_reversal() -> None:
+    heads = np.concatenate((HEADS[:, :8_000], HEADS[:, 7_998:3_000:-1]), axis=1)
+    found = refusal(heads)
+    assert (found.reason, found.sample) == ("reversal", 8_000)
+    back = HEADS[0, 7_998] - HEADS[0, 7_999]
+    assert f"a reversal: head 1 steps by {back} counts" in str(found)
+
+
+def test_a_stop_before_a_reversal_is_a_wrong_step() -> None:
+    """The table stands still for one sample before it turns back: the first fault is the step of 0
+    counts."""
     heads = np.concatenate((HEADS[:, :8_000], HEADS[:, 7_999:3_000:-1]), axis=1)
     found = refusal(heads)
-    assert (found.reason, found.sample) == ("reversal", 8_001) or found.reason == "wrong_step"
-    assert found.sample in (8_000, 8_001)
+    assert (found.reason, found.sample) == ("wrong_step", 8_000)
+    assert "a wrong step: head 1 steps by 0 counts" in str(found)
 
 
 @pytest.mark.parametrize("head", [0, 1])

@@ -41,27 +41,29 @@ def found_in_c(change_arcsec: Any) -> tuple[int, float]:
 @pytest.mark.parametrize("seed", range(40))
 def test_c_and_numpy_agree(seed: int) -> None:
     """The C code and numpy find the same explanation of a change of the offsets; some changes have
-    one explanation, some several, and some none."""
+    one explanation, some several, and some none.
+
+    Numpy gets the heads' places after the change, from which the C code computes the factors of the
+    axis' motion.
+    """
     random = np.random.default_rng(seed)
     axis = random.normal(0.0, 10.0) + 1j * random.normal(0.0, 10.0)
     change = random.normal(0.0, 100.0) + (axis * SIGHTS).imag
     change[random.integers(HEADS)] += random.choice([0.0, 0.5, 5.0, 100.0, -3_000.0])
     explanations = moved_heads(
         change - change[0],
-        np.radians(PLACES[HEADS]),
+        np.radians(PLACES[HEADS]) + change * RAD_PER_ARCSEC,
         np.ones(HEADS),
         axis_limit_arcsec=AXIS_LIMIT_ARCSEC,
         noise_arcsec=0.1,
     )
     head, moved = found_in_c(change)
-    if len(explanations) == 1 and explanations[0].head:
+    if len(explanations) == 1:
         assert head == explanations[0].head
-        # C computes the factors of the axis' motion from the offsets after the change, numpy from
-        # the offsets before it. The largest change is 3,000″ or 0.015 rad, so the factors differ by
-        # about 1.5 %.
-        assert moved == pytest.approx(explanations[0].moved_arcsec, rel=0.05, abs=0.05)
-    elif abs(change).max() < 1_000.0:
-        assert head == 0
+        # Both solve the same equations in float64; rounding is below 1e-9.
+        assert moved == pytest.approx(explanations[0].moved_arcsec, rel=1e-9)
+    else:
+        assert (head, moved) == (0, 0.0)
 
 
 @pytest.mark.parametrize("head", range(1, HEADS + 1))

@@ -54,7 +54,7 @@ def sent(name: str, content: bytes) -> dict[str, object]:
 def test_sets_are_listed_and_a_faulty_one_says_why(client: FlaskClient) -> None:
     html = client.get("/").get_data(as_text=True)
     assert 'value="good"' in html
-    assert "expected schema" not in html
+    assert 'value="broken"' not in html
     assert "schema that this program reads, found 9" in problem(html, "choose")
 
 

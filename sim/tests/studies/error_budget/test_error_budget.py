@@ -157,9 +157,14 @@ def test_the_page_s_noise_is_the_expected_one_within_its_stated_spread() -> None
 
 
 def test_the_page_calls_the_covariance_s_uncertainty_partial() -> None:
+    """The page calls only the second value an expanded uncertainty U (k = 2); that value comes from
+    the calibrations with all sources."""
     section = error_budget_page(FOUND).split("## At every angle")[1].split("\n## ")[0]
-    assert "*partial* uncertainty" in section
-    assert "U (k = 2) of ε" not in section
+    of_covariance, of_all_sources = section.split("Only this second value")
+    assert "*partial* uncertainty" in of_covariance
+    assert "expanded" not in of_covariance
+    assert "U (k = 2)" not in of_covariance
+    assert "an expanded uncertainty U (k = 2) of the corrected angle" in of_all_sources
 
 
 def test_the_covariance_at_every_angle_covers_drawn_calibrations() -> None:

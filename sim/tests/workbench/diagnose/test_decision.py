@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -59,7 +60,11 @@ def test_a_slip_that_is_no_whole_number_of_counts_is_none() -> None:
     assert found.verdict == "unknown"
     assert found.decision.resembles is not None
     assert found.decision.resembles.name == "count_slip"
-    assert "12.5" in str(found.decision.unlike) or "12.4" in str(found.decision.unlike)
+    stated = re.search(r"step of ([\d.]+) ± ([\d.]+) counts", str(found.decision.unlike))
+    assert stated is not None
+    counts, sigma = map(float, stated.groups())
+    # The bound is 4 stated standard uncertainties and half of the last printed digit.
+    assert counts == pytest.approx(12.5, abs=4.0 * sigma + 0.005)
 
 
 @pytest.mark.large

@@ -251,18 +251,26 @@ def test_a_look_alike_that_cannot_be_tested_is_as_probable() -> None:
 
 @pytest.mark.parametrize("confidence", [0.2, 0.6, 0.9])
 def test_a_class_has_what_its_first_has_and_more(confidence: float) -> None:
-    """A class has at least the probability of its first effect; the benchmark uses the probability
-    of the first effect for the class."""
+    """The class is more probable than every effect outside it, and the effects keep their ratios.
+
+    The first effect gets a confidence above its probability. A smaller confidence moves probability
+    from the effects to ``unknown``, until the class is only just ahead of ``unknown``. The
+    benchmark uses the probability of the first effect for the class.
+    """
     members = ["hysteresis", "latency"]
     found = {"hysteresis": 0.5, "latency": 0.3, "vibration": 0.05, "unknown": 0.1, "none": 0.05}
     said = stated(found, "ambiguous", members, confidence)
     assert sum(said.values()) == pytest.approx(1.0, abs=1e-12)
     together = said["hysteresis"] + said["latency"]
-    assert said["hysteresis"] <= together <= 1.0
+    assert together > max(value for name, value in said.items() if name not in members)
+    assert said["latency"] / said["vibration"] == pytest.approx(6.0)
     if confidence >= 0.5:
         assert said["hysteresis"] == pytest.approx(confidence)
         assert together >= 0.8
-        assert said["latency"] / said["vibration"] == pytest.approx(6.0)
+    else:
+        assert said["hysteresis"] / said["latency"] == pytest.approx(5.0 / 3.0)
+        assert together == pytest.approx(said["unknown"], rel=0.01)
+        assert said["none"] == found["none"]
 
 
 def test_verdicts_without_a_name_agree_with_their_probabilities() -> None:
