@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from arctrue.cli import main as arctrue
 from arctrue.measurement import read_measurement_set
+from arctrue.report.log_scale import set_log_y
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.added import best_form
 from arctrue.workbench.inference.design_matrix import Term
@@ -96,9 +97,8 @@ def motor() -> None:
         axes.annotate(
             str(order), (order, height), xytext=(0, 3), textcoords="offset points", ha="center"
         )
-    axes.set(
-        yscale="log", ylim=(5.0, 2000.0), xlabel="order, periods a turn", ylabel="amplitude / ″"
-    )
+    set_log_y(axes)
+    axes.set(ylim=(5.0, 2000.0), xlabel="order, periods a turn", ylabel="amplitude / ″")
     axes.set_title("Motor encoder: residual without orders 1 to 20 and reversal error", loc="left")
     axes.spines[["top", "right"]].set_visible(False)
     figure.savefig(IMAGES / "real_motor.png", dpi=110)

@@ -233,7 +233,7 @@ def form_condition(
     """
     if form == LAG:
         return _lag_condition(column, zero, time_constant_s or 0.0)
-    forms = FORMS | BENT_FORMS
+    forms = {**FORMS, **BENT_FORMS}
     if form not in forms:
         known = ", ".join([*forms, LAG])
         raise ValueError(f"no form {form!r} of a column; there are: {known}")
