@@ -27,7 +27,6 @@ from arctrue.workbench.effects.base import (
     Wave,
     paired_lanes,
 )
-from arctrue.workbench.effects.conditions import one_speed
 from arctrue.workbench.effects.missing import Missing, lacking_capture
 from arctrue.workbench.numeric.harmonics import harmonic_columns, harmonic_names
 from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
@@ -82,14 +81,6 @@ class RadialErrorMotion(Effect):
                 )
             )
         return lacking
-
-    def variety(self, observations: Observations) -> list[str]:
-        """List the speeds that two heads and a reference at standstill need: an order of the disc
-        that changes with the speed differs between capture and reference, as a motion does."""
-        rows = observations.reference
-        if observations.heads >= SEPARATING_HEADS or rows is None or rows.speed_rad_s is not None:
-            return []
-        return one_speed(observations)
 
     def column_names(self, observations: Observations) -> list[str]:
         orders = self.integers("orders")
