@@ -14,15 +14,15 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.progress import ReportStep
-from arctrue.workbench.diagnose.bent import best_bent, straight
 from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, rows_moved, sizes_arcsec
+from arctrue.workbench.diagnose.condition_forms import best_form, straight
 from arctrue.workbench.diagnose.detections import Detections, RegularCause
 from arctrue.workbench.diagnose.parts_range import LEAST_WAVE, only_cancels
 from arctrue.workbench.diagnose.parts_scan import (
     PartsCandidate,
     best_parts,
     parts_above,
-    share_of_the_bent,
+    share_of_forms,
 )
 from arctrue.workbench.effects.base import Effect, orders_of_parts
 from arctrue.workbench.effects.scalar_effect import ScalarOfEachHead
@@ -135,17 +135,17 @@ def tried_products(residuals: Residuals, looks: int) -> list[Candidate]:
     return found
 
 
-def tried_bent(residuals: Residuals, looks: int) -> list[Candidate]:
-    """Return the condition and the form of it that :func:`best_bent` finds, if the form may be
+def tried_forms(residuals: Residuals, looks: int) -> list[Candidate]:
+    """Return the condition and the form of it that :func:`best_form` finds, if the form may be
     stated; otherwise no candidate.
 
     Until the noise is estimated anew, p follows from the white part of the noise, because slow
     noise may have absorbed the error.
     """
-    found = best_bent(residuals)
+    found = best_form(residuals)
     if found is None or only_cancels(residuals, found.effect, residuals.score(found.effect, {})):
         return []
-    share = share_of_the_bent(residuals.observations)
+    share = share_of_forms(residuals.observations)
     p_value = corrected_p_value(found.gain, found.rank, found.trials / share, looks)
     return [
         replace(

@@ -9,7 +9,6 @@ from functools import cached_property
 
 from arctrue.workbench.diagnose.adding import Adding
 from arctrue.workbench.diagnose.aliases import above_half_the_samples
-from arctrue.workbench.diagnose.bent import follows_a_record
 from arctrue.workbench.diagnose.candidate import (
     ONCE,
     Candidate,
@@ -26,6 +25,7 @@ from arctrue.workbench.diagnose.classes import (
     stands_in,
     without_unspecific,
 )
+from arctrue.workbench.diagnose.condition_forms import follows_a_record
 from arctrue.workbench.diagnose.confounded import confounded_with
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.every_pass import at_other_speeds, on_every_pass

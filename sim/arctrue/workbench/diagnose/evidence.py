@@ -13,16 +13,16 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.progress import ReportStep
-from arctrue.workbench.diagnose.bent import is_bent
 from arctrue.workbench.diagnose.candidate import Candidate, SecondRunEffect, delta_bic
 from arctrue.workbench.diagnose.candidates import (
     regular_candidates,
     tried_above,
-    tried_bent,
     tried_effects,
+    tried_forms,
     tried_products,
     with_regular,
 )
+from arctrue.workbench.diagnose.condition_forms import is_searched_form
 from arctrue.workbench.diagnose.detections import Detections
 from arctrue.workbench.diagnose.every_pass import at_other_speeds
 from arctrue.workbench.diagnose.evidence_of_one import (
@@ -126,15 +126,15 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
     null_of_lines = null if beyond.residuals is tried.residuals else Null(beyond.residuals)
     waiting = _near_to_a_name(tried)
     products = tried.parts[:1]
-    bent = [
+    forms = [
         item
-        for item in tried_bent(tried.residuals, tried.looks)
+        for item in tried_forms(tried.residuals, tried.looks)
         if all(item.effect.settings != other.effect.settings for other in products)
     ]
     if not negligible:
         waiting = [item for item in waiting if tried.may_matter(item)]
         products = [item for item in products if tried.may_matter(item)]
-        bent = [item for item in bent if tried.may_matter(item)]
+        forms = [item for item in forms if tried.may_matter(item)]
     together = _second_run_effects(tried)
     named = {item.name for item in waiting}
     waiting += [item for item in tried.candidates if item.name in together.keys() - named]
@@ -171,9 +171,9 @@ def weighed(tried: Survey, report_step: ReportStep, *, negligible: bool) -> Surv
         *(_judged_product(item, real, tried, null, report_step) for item in products),
         *tried.parts[len(products) :],
     ]
-    parts = _with_the_bent(
+    parts = _with_forms(
         parts,
-        [_judged_product(item, real, tried, null, report_step) for item in bent],
+        [_judged_product(item, real, tried, null, report_step) for item in forms],
         tried,
     )
     candidates = [judged.get(item.name, item) for item in tried.candidates]
@@ -301,7 +301,7 @@ def _largest_sure(item: Candidate, tried: Survey, null: Null, report_step: Repor
     return judged
 
 
-def _with_the_bent(parts: list[Candidate], bent: list[Candidate], tried: Survey) -> list[Candidate]:
+def _with_forms(parts: list[Candidate], forms: list[Candidate], tried: Survey) -> list[Candidate]:
     """Return the products of parts; a condition, or a form of it, comes first if it is ahead.
 
     A form must be ahead of its condition, and both of the first product, by AS_GOOD: the simpler
@@ -309,9 +309,9 @@ def _with_the_bent(parts: list[Candidate], bent: list[Candidate], tried: Survey)
     """
 
     def bic_of(item: Candidate) -> float:
-        return delta_bic(item.gain, item.rank + is_bent(item.effect), 1.0, item.rows)
+        return delta_bic(item.gain, item.rank + is_searched_form(item.effect), 1.0, item.rows)
 
-    for item in bent:
+    for item in forms:
         first = next(iter(parts), None)
         if item.evidence is None or item.p_corrected >= SIGNIFICANCE or not tried.confirmed(item):
             continue

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from arctrue.base.progress import ReportStep
-from arctrue.workbench.diagnose.bent import is_bent
 from arctrue.workbench.diagnose.candidate import (
     RUNS_ARE_THE_SAMPLE,
     Candidate,
@@ -17,6 +16,7 @@ from arctrue.workbench.diagnose.candidate import (
     sizes_arcsec,
 )
 from arctrue.workbench.diagnose.candidates import looked_for, tried_products
+from arctrue.workbench.diagnose.condition_forms import is_searched_form
 from arctrue.workbench.diagnose.of_the_runs import p_among_the_runs
 from arctrue.workbench.diagnose.survey import Survey, takes_most
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
@@ -49,8 +49,8 @@ def with_evidence(
     report_step(f"the noise with {item.name} in the model")
     found = evidence(null, item.effect, item.nonlinear)
     before = residuals.score(item.effect, item.nonlinear).gain
-    # The search of a bent form used the white part of the noise, which did not absorb the error.
-    if found.score.gain > MUCH_MORE * before and not is_bent(item.effect):
+    # The search for a form used the white part of the noise, which did not absorb the error.
+    if found.score.gain > MUCH_MORE * before and not is_searched_form(item.effect):
         if isinstance(item.effect, ProductOfParts):
             item, found = _product_in_less_noise(item, found, tried, null)
         else:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from arctrue.workbench.diagnose.bent import bendable
+from arctrue.workbench.diagnose.condition_forms import columns_with_forms
 from arctrue.workbench.diagnose.high_lines import gains_with, high_lines
 from arctrue.workbench.diagnose.parts_range import only_cancels, passes_its_wave, resolved_orders
 from arctrue.workbench.diagnose.turned import turned_products
@@ -97,9 +97,9 @@ def condition_shares(found: Sequence[Condition], further: int = 0) -> list[float
     return [1.0 / ((len(sizes) + further) * sizes[kind]) for kind in kinds]
 
 
-def share_of_the_bent(observations: Observations) -> float:
-    """Return the share of the false-alarm probability of the forms that :mod:`bent` finds."""
-    further = bool(turned_products(observations)) + bool(bendable(observations))
+def share_of_forms(observations: Observations) -> float:
+    """Return the share of the false-alarm probability of the forms of recorded conditions."""
+    further = bool(turned_products(observations)) + bool(columns_with_forms(observations))
     kinds = condition_shares(conditions(observations), further)
     channels = (observations.capture is not None) + (observations.reference is not None)
     return (1.0 - sum(kinds)) / max(further * channels, 1)
@@ -232,7 +232,7 @@ def best_parts(residuals: Residuals, *, look_alikes: bool = False) -> list[Parts
     found = conditions(observations)
     channels = (observations.capture is not None) + (observations.reference is not None)
     turned = turned_products(observations)
-    further = bool(turned) + bool(bendable(observations))
+    further = bool(turned) + bool(columns_with_forms(observations))
     kinds = condition_shares(found, further)
     shares = [share / max(channels, 1) for share in kinds]
     places: list[tuple[float, Condition, float | None, bool]] = []

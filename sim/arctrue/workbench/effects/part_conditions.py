@@ -203,7 +203,7 @@ FORMS: Mapping[str, _Form] = {
 """Forms of a column by their names in the setting ``condition``. Examples: a deflection by the
 square of a torque or a current; friction that grows with the size of a load; the pressure of wind,
 which grows with the square of its speed and has the sign of the speed."""
-BENT_FORMS: Mapping[str, _Form] = {
+SEARCHED_FORMS: Mapping[str, _Form] = {
     "square": FORMS["square"],
     "size": FORMS["size"],
     "above": _Form("above:{0}", "max(0, {0})", "{0}", lambda values: np.maximum(values, 0.0)),
@@ -225,15 +225,15 @@ def column_of(rows: Rows, column: str) -> Float | None:
 def form_condition(
     column: str, form: str, zero: float = 0.0, time_constant_s: float | None = None
 ) -> Condition:
-    """Make the condition of a form (of FORMS or BENT_FORMS) of a column minus ``zero``; zero is 0
-    for the column's own zero: without torque, current or wind there is no error. The form LAG is
+    """Make the condition of a form (of FORMS or SEARCHED_FORMS) of a column minus ``zero``; zero is
+    0 for the column's own zero: without torque, current or wind there is no error. The form LAG is
     the column behind a first-order lag of ``time_constant_s``.
 
     Raises ValueError for an unknown form.
     """
     if form == LAG:
         return _lag_condition(column, zero, time_constant_s or 0.0)
-    forms = {**FORMS, **BENT_FORMS}
+    forms = {**FORMS, **SEARCHED_FORMS}
     if form not in forms:
         known = ", ".join([*forms, LAG])
         raise ValueError(f"no form {form!r} of a column; there are: {known}")

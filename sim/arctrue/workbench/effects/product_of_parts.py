@@ -35,10 +35,10 @@ from arctrue.workbench.effects.base import (
 )
 from arctrue.workbench.effects.part_conditions import (
     ALWAYS,
-    BENT_FORMS,
     BY_GATEWARE,
     FORMS,
     LAG,
+    SEARCHED_FORMS,
     TEMPERATURE,
     Condition,
     Float,
@@ -114,9 +114,10 @@ class ProductOfParts(Effect):
         ``time_constant_s`` > 0: exp(−t/τ), with t from the start of each run (``each_run``) or of
         the set. ``column``: a column minus ``column_zero``; with it, ``condition`` may be
         "direction", which multiplies the column by the direction of the reference, a name of FORMS
-        or BENT_FORMS, which replaces the column minus ``column_zero`` by a function of it, or LAG
-        with ``time_constant_s``; the column may then be ``temperature_c``. ``from_run``: 0 before
-        this run of the reference, 1 from this run on. ``orders``: an empty list is a constant.
+        or SEARCHED_FORMS, which replaces the column minus ``column_zero`` by a function of it, or
+        LAG with ``time_constant_s``; the column may then be ``temperature_c``. ``from_run``: 0
+        before this run of the reference, 1 from this run on. ``orders``: an empty list is a
+        constant.
         ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. ``turned_by``: a
         column in degrees that is added to the angle of the orders of a reference, or, with a minus
         in front of its name, subtracted. Raises ValueError for settings that define no product.
@@ -125,7 +126,7 @@ class ProductOfParts(Effect):
         said = self.settings
         constant_s, column = float(str(said["time_constant_s"])), str(said["column"])
         by_direction = bool(column) and said["condition"] == "direction"
-        forms = {*FORMS, *BENT_FORMS, LAG}
+        forms = {*FORMS, *SEARCHED_FORMS, LAG}
         form = str(said["condition"]) if column and said["condition"] in forms else ""
         condition = bool(said["condition"]) and not by_direction and not form
         from_run = int(str(said["from_run"]))

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.adopted import adopt
-from arctrue.workbench.diagnose.bent import best_bent
-from arctrue.workbench.diagnose.candidates import tried_bent
+from arctrue.workbench.diagnose.candidates import tried_forms
+from arctrue.workbench.diagnose.condition_forms import best_form
 from arctrue.workbench.diagnose.diagnosis import Diagnosis
 from arctrue.workbench.diagnose.evidence_of_one import with_evidence
 from arctrue.workbench.diagnose.report import sentences
@@ -183,7 +183,7 @@ def _false(flavour: str, seed: int) -> list[str]:
     null = Null(residuals)
     judged = [
         with_evidence(item, survey, null, 1, lambda text: None)
-        for item in tried_bent(residuals, 1)
+        for item in tried_forms(residuals, 1)
         if item.p_corrected < 0.3
     ]
     return [
@@ -236,4 +236,4 @@ def test_a_load_of_three_levels_has_no_form() -> None:
     load = random.choice([0.0, 20.0, 50.0], time_s.size)
     made = _made(0.1 * np.abs(load - 20.0), time_s, random, load_nm=load)
     base = fit([Term(built_in()["graduation_harmonics"](), {})], observations_of(made))
-    assert best_bent(Residuals(base)) is None
+    assert best_form(Residuals(base)) is None

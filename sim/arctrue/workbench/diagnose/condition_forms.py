@@ -1,5 +1,5 @@
-"""Finds errors of the reference that follow a recorded condition in a bent or delayed form: about a
-place of its range (square, size, above, below), or behind a first-order lag.
+"""Finds errors of the reference that follow a function of a recorded condition: a function about a
+place of its range (square, size, above, below), or the condition behind a first-order lag.
 
 Slow noise that is estimated while the effect is not in the model absorbs such a slow error. The
 forms are therefore compared with the white part of the noise alone. Only the likelihood ratio with
@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from arctrue.workbench.effects.first_order_lag import both_ways
 from arctrue.workbench.effects.part_conditions import (
-    BENT_FORMS,
     FORMS,
     LAG,
+    SEARCHED_FORMS,
     TEMPERATURE,
     TEMPERATURE_COLUMN,
     Condition,
@@ -44,6 +44,9 @@ SHORTEST_STEPS, LONGEST_SPANS = 2.0, 0.25
 """Shortest lag, in median steps of the rows: a shorter lag only smooths the noise of the column.
 Longest lag, in lengths of the record: the start of a longer lag, before the first row, is not
 known."""
+AHEAD = 0.5
+"""Smallest gain of a form whose place is refined, in gains of the best form. A parabola of a sine
+whose zero lies between two PLACES keeps 0.65 of its gain or more."""
 ROUNDS = 8
 """Largest number of steps in the search of a place or a lag, to limit cost."""
 LEAST_LEVELS = 4
@@ -56,7 +59,7 @@ falls once, with any error that drifts, resembles such a curve."""
 
 
 @dataclass(frozen=True)
-class Bent:
+class FoundForm:
     """The best form of all conditions, and the number of forms that were tried."""
 
     effect: ProductOfParts
@@ -65,7 +68,7 @@ class Bent:
     trials: float
 
 
-def is_bent(effect: object) -> bool:
+def is_searched_form(effect: object) -> bool:
     """Tell whether an effect is a form that this search finds; a form of a column about the
     column's own zero belongs to the other products of parts."""
     if not isinstance(effect, ProductOfParts) or effect.orders or effect.frame != "reference":
@@ -89,7 +92,7 @@ def straight(effect: ProductOfParts, observations: Observations) -> ProductOfPar
     return _product(TEMPERATURE if column == TEMPERATURE_COLUMN else next(found))
 
 
-def bendable(observations: Observations) -> list[str]:
+def columns_with_forms(observations: Observations) -> list[str]:
     """Return the recorded conditions of the reference that may have a form."""
     rows = observations.reference
     if rows is None or rows.run.size > MOST_ROWS:
@@ -104,26 +107,30 @@ def bendable(observations: Observations) -> list[str]:
     return found
 
 
-def best_bent(residuals: Residuals) -> Bent | None:
+def best_form(residuals: Residuals) -> FoundForm | None:
     """Return the form that leaves the least error in white noise; None without a form that explains
     more than its condition itself, symmetric smoothing, or a smooth curve of the time."""
     rows = residuals.observations.reference
-    names = bendable(residuals.observations)
+    names = columns_with_forms(residuals.observations)
     if rows is None or not names:
         return None
     white = without_slow_noise(residuals)
     tried = [item for name in names for item in _tried(rows, name)]
     scores = white.scores([(_product(condition), {}) for condition, _ in tried])
-    number = int(np.argmax([score.gain for score in scores]))
-    effect = _product(_refined(white, rows, tried, number))
-    score = white.score(effect, {})
+    found = [
+        _product(_refined(white, tried, number))
+        for number in _first_of_each([item for item, _ in tried], [score.gain for score in scores])
+    ]
+    refined = white.scores([(item, {}) for item in found])
+    best = int(np.argmax([score.gain for score in refined]))
+    effect, score = found[best], refined[best]
     least = white.score(straight(effect, residuals.observations), {}).gain
     if effect.condition.form == LAG:
         least = max(least, _smoothed(white, rows, effect, [place for _, place in tried]))
     least = max(least, _curve_of_time(white, rows))
     if score.rank == 0 or score.gain <= least:
         return None
-    return Bent(effect, score.gain, score.rank, float(len(tried)))
+    return FoundForm(effect, score.gain, score.rank, float(len(tried)))
 
 
 def _product(condition: Condition) -> ProductOfParts:
@@ -134,7 +141,7 @@ def _tried(rows: ReferenceRows, column: str) -> Iterator[tuple[Condition, float]
     """Return the forms of a column, each with its place or lag."""
     values = column_of(rows, column)
     assert values is not None
-    for form in BENT_FORMS:
+    for form in SEARCHED_FORMS:
         for place in np.quantile(values, PLACES).tolist():
             yield form_condition(column, form, _rounded(place)), place
     time_s = rows.time_s
@@ -153,9 +160,16 @@ def _rounded(value: float) -> float:
     return float(f"{value:.4g}")
 
 
-def _refined(
-    white: Residuals, rows: ReferenceRows, tried: Sequence[tuple[Condition, float]], number: int
-) -> Condition:
+def _first_of_each(tried: Sequence[Condition], gains: Sequence[float]) -> list[int]:
+    """Return the number of the largest gain of each form of a column; PLACES are so far apart that
+    another form may be ahead before the place is refined."""
+    first: dict[tuple[str | None, str], int] = {}
+    for number in np.argsort(gains)[::-1].tolist():
+        first.setdefault((tried[number].column, tried[number].form), number)
+    return [number for number in first.values() if gains[number] > AHEAD * max(gains)]
+
+
+def _refined(white: Residuals, tried: Sequence[tuple[Condition, float]], number: int) -> Condition:
     """Return the form with the place or lag of the largest gain between its neighbours."""
     condition, place = tried[number]
     near = [
