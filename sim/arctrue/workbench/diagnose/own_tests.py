@@ -4,6 +4,8 @@ a shape with corners, or a nonlinear scale of the reference."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
+from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +15,10 @@ from arctrue.workbench.diagnose.detections import RegularCause
 from arctrue.workbench.effects.axis_motion import SEPARATING_HEADS
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
 from arctrue.workbench.inference.residuals import Residuals
-from arctrue.workbench.inference.significance import corrected_p_value
+from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
 from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns
 from arctrue.workbench.observations import CaptureRows, ReferenceRows
+from arctrue.workbench.observations.different_stations import stations_of
 
 SEVERAL = 3
 """Smallest number of orders of a pattern; it equals the number of effects that a diagnosis tests
@@ -166,17 +169,20 @@ def further_motion(best: Candidate, left: Residuals, matters_arcsec: float) -> s
     """Explain in words why an axis motion of some orders is a part of a motion of further orders;
     None if it may be the whole motion.
 
-    ``left``: residuals with the effect in the model. Two heads do not distinguish an order of the
-    axis from an order of the disc. A further order must be significant, larger than the negligible
-    size, and explain more than a wave of the disc or of a single head.
+    ``left``: residuals with the effect in the model. Three heads distinguish an order of the axis
+    from an order of the disc. A further order must be significant, larger than the negligible size,
+    and explain more than a wave of the disc or of a single head. With two heads and a reference,
+    :func:`_harmonics_of_two_heads` finds the further orders.
     """
     observations, effect = left.observations, best.effect
     capture = observations.capture
-    if not effect.moves_axis or capture is None or observations.heads < SEPARATING_HEADS:
+    if not effect.moves_axis or capture is None:
         return None
     own, usual = effect.settings.get("orders"), effect.defaults.get("orders")
     if not isinstance(own, Sequence) or not isinstance(usual, Sequence):
         return None
+    if observations.heads < SEPARATING_HEADS:
+        return _as_further(own, _harmonics_of_two_heads(best, own, left, matters_arcsec))
     orders = range(max(usual) + 1, HIGHEST_MOTION + 1)
     motions = [type(effect)(orders=[order]) for order in orders]
     scores = left.scores([(motion, {}) for motion in motions])
@@ -194,6 +200,11 @@ def further_motion(best: Candidate, left: Residuals, matters_arcsec: float) -> s
         ]
         if gains[0] > max(gains[1:]):
             found.append(order)
+    return _as_further(own, found)
+
+
+def _as_further(own: Sequence[int], found: Sequence[int]) -> str | None:
+    """Return the further orders of a motion in words; None without further orders."""
     if not found:
         return None
     further, every = (", ".join(map(str, items)) for items in (found, sorted({*own, *found})))
@@ -201,6 +212,68 @@ def further_motion(best: Candidate, left: Residuals, matters_arcsec: float) -> s
         f"the axis also moves at order {further}: a translation of the axis that repeats at "
         f"orders {every}"
     )
+
+
+def _harmonics_of_two_heads(
+    best: Candidate, own: Sequence[int], left: Residuals, matters_arcsec: float
+) -> list[int]:
+    """Return the orders that a motion has as harmonics of its lowest order; empty if it may have
+    none.
+
+    Capture and reference separate the motion from the disc at the orders that both determine: the
+    orders of the model up to half the stations. A motion that repeats at its lowest order k has
+    only multiples of k. Either the motion itself has two orders or more, which become smaller; of
+    two independent orders from 2 to 8, five of 21 pairs are multiples, and half of these become
+    smaller (a probability of 0.12). Or the other multiples are significant and larger than the
+    negligible size together, while the orders that no multiple causes at the stations are not
+    significant; face errors of a polygon change all orders.
+    """
+    rows, lowest = left.observations.reference, min(own)
+    if rows is None or lowest < 2 or any(order % lowest for order in own):
+        return []
+    if len(own) > 1 and _becomes_smaller(best, own):
+        return sorted(own)[1:]
+    stations = rows.faces or stations_of(np.degrees(rows.target_rad))
+    disc = {
+        round(order)
+        for term in left.solution.terms
+        for order in term.effect.disc_orders(term.nonlinear)
+        if 2 <= order <= stations / 2.0
+    }
+    multiples = range(lowest, HIGHEST_MOTION + 1, lowest)
+    seen = {abs((order + stations // 2) % stations - stations // 2) for order in multiples}
+    tested = sorted(order for order in disc - set(own) if order % lowest == 0)
+    others = sorted(disc - set(own) - seen)
+    if not tested:
+        return []
+    kind = type(best.effect)
+    further, every = kind(orders=tested), kind(orders=sorted([*tested, *others]))
+    score, of_every = left.scores([(further, {}), (every, {})])
+    moved = sizes_arcsec(left.solution, left.solution_with(further, {}, score))
+    if (
+        corrected_p_value(score.gain, score.rank, 1.0, 1) >= SURE_P
+        or max(moved.values(), default=0.0) < matters_arcsec
+    ):
+        return []
+    more, rank = of_every.gain - score.gain, of_every.rank - score.rank
+    if rank > 0 and corrected_p_value(more, rank, 1.0, 1) < SIGNIFICANCE:
+        return []
+    alone = left.scores([(kind(orders=[order]), {}) for order in tested])
+    return [
+        order
+        for order, item in zip(tested, alone, strict=True)
+        if corrected_p_value(item.gain, item.rank, float(len(tested)), 1) < SIGNIFICANCE
+    ]
+
+
+def _becomes_smaller(best: Candidate, orders: Sequence[int]) -> bool:
+    """Tell whether the separable size of a motion is smaller at each higher order."""
+    found = best.parameters()
+    sizes = [
+        hypot(*(found[f"separable_{kind}_{order}"].value for kind in ("cos", "sin")))
+        for order in sorted(orders)
+    ]
+    return all(after < before for before, after in pairwise(sizes))
 
 
 def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) -> bool:
