@@ -15,7 +15,10 @@ from scipy.special import chdtrc, fdtrc
 from arctrue.workbench.effects.base import Effect, Nonlinear, Parameter
 from arctrue.workbench.effects.part_conditions import recorded_conditions
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
-from arctrue.workbench.inference.likelihood_ratio import with_index_as_known
+from arctrue.workbench.inference.likelihood_ratio import (
+    with_index_as_known,
+    without_slow_noise,
+)
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
 from arctrue.workbench.numeric.distributions import student_upper_p
@@ -190,15 +193,17 @@ def head_1_reverses(left: Residuals, reversal: Parameter) -> str | None:
 
     ``left``: residuals with the reversal error in the model. Friction between disc and table does
     not change R₂ − R₁. If head 1 alone moves with the direction, R₂ − R₁ changes by the reversal
-    error with the opposite sign. The change must be significant (p below FOLLOWS_P) and may differ
-    from this value by chance only. The scatter of the runs within each direction and the known
-    index determine its uncertainty, the index with the degrees of freedom of its prior.
+    error with the opposite sign. The change must be significant (p below DIFFERENCE_P) and may
+    differ from this value by chance only. The scatter of the runs within each direction and the
+    known index determine its uncertainty, the index with the degrees of freedom of its prior. The
+    offsets are those of white noise: slow noise that was estimated without the change would absorb
+    it.
     """
     observations, index = left.observations, left.solution.noise
     rows = observations.capture
     if rows is None or rows.channels != 1 or rows.runs - 2 < 1:
         return None
-    offsets = with_index_as_known(left).solution.run_offsets_arcsec
+    offsets = with_index_as_known(without_slow_noise(left)).solution.run_offsets_arcsec
     way = np.sign(rows.direction[np.unique(rows.run, return_index=True)[1]])
     up, down = offsets[way > 0.0], offsets[way < 0.0]
     if min(up.size, down.size) < 1:
@@ -210,7 +215,7 @@ def head_1_reverses(left: Residuals, reversal: Parameter) -> str | None:
     size = float(up.mean() - down.mean())
     away = abs(size + reversal.value) / float(np.hypot(u_arcsec, reversal.sigma))
     if (
-        2.0 * student_upper_p(abs(size) / u_arcsec, freedom) >= FOLLOWS_P
+        2.0 * student_upper_p(abs(size) / u_arcsec, freedom) >= DIFFERENCE_P
         or 2.0 * student_upper_p(away, freedom) < SIGNIFICANCE
     ):
         return None

@@ -4,8 +4,6 @@ a shape with corners, or a nonlinear scale of the reference."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
-from math import hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -182,7 +180,7 @@ def further_motion(best: Candidate, left: Residuals, matters_arcsec: float) -> s
     if not isinstance(own, Sequence) or not isinstance(usual, Sequence):
         return None
     if observations.heads < SEPARATING_HEADS:
-        return _as_further(own, _harmonics_of_two_heads(best, own, left, matters_arcsec))
+        return _as_further(own, _harmonics_of_two_heads(best, max(usual), left, matters_arcsec))
     orders = range(max(usual) + 1, HIGHEST_MOTION + 1)
     motions = [type(effect)(orders=[order]) for order in orders]
     scores = left.scores([(motion, {}) for motion in motions])
@@ -215,24 +213,21 @@ def _as_further(own: Sequence[int], found: Sequence[int]) -> str | None:
 
 
 def _harmonics_of_two_heads(
-    best: Candidate, own: Sequence[int], left: Residuals, matters_arcsec: float
+    best: Candidate, highest: int, left: Residuals, matters_arcsec: float
 ) -> list[int]:
-    """Return the orders that a motion has as harmonics of its lowest order; empty if it may have
-    none.
+    """Return the orders above ``highest`` that a motion has as harmonics of its lowest order; empty
+    if it may have none.
 
     Capture and reference separate the motion from the disc at the orders that both determine: the
     orders of the model up to half the stations. A motion that repeats at its lowest order k has
-    only multiples of k. Either the motion itself has two orders or more, which become smaller; of
-    two independent orders from 2 to 8, five of 21 pairs are multiples, and half of these become
-    smaller (a probability of 0.12). Or the other multiples are significant and larger than the
-    negligible size together, while the orders that no multiple causes at the stations are not
-    significant; face errors of a polygon change all orders.
+    only multiples of k. The multiples must be significant and larger than the negligible size
+    together, while the orders that no multiple causes at the stations are not significant; face
+    errors of a polygon change all orders.
     """
+    own = best.effect.integers("orders")
     rows, lowest = left.observations.reference, min(own)
     if rows is None or lowest < 2 or any(order % lowest for order in own):
         return []
-    if len(own) > 1 and _becomes_smaller(best, own):
-        return sorted(own)[1:]
     stations = rows.faces or stations_of(np.degrees(rows.target_rad))
     disc = {
         round(order)
@@ -242,7 +237,7 @@ def _harmonics_of_two_heads(
     }
     multiples = range(lowest, HIGHEST_MOTION + 1, lowest)
     seen = {abs((order + stations // 2) % stations - stations // 2) for order in multiples}
-    tested = sorted(order for order in disc - set(own) if order % lowest == 0)
+    tested = sorted(order for order in disc if order > highest and order % lowest == 0)
     others = sorted(disc - set(own) - seen)
     if not tested:
         return []
@@ -264,16 +259,6 @@ def _harmonics_of_two_heads(
         for order, item in zip(tested, alone, strict=True)
         if corrected_p_value(item.gain, item.rank, float(len(tested)), 1) < SIGNIFICANCE
     ]
-
-
-def _becomes_smaller(best: Candidate, orders: Sequence[int]) -> bool:
-    """Tell whether the separable size of a motion is smaller at each higher order."""
-    found = best.parameters()
-    sizes = [
-        hypot(*(found[f"separable_{kind}_{order}"].value for kind in ("cos", "sin")))
-        for order in sorted(orders)
-    ]
-    return all(after < before for before, after in pairwise(sizes))
 
 
 def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) -> bool:

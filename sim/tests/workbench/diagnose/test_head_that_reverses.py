@@ -17,6 +17,7 @@ from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.noise.spectrum import Spectrum
 from arctrue.workbench.observations.build import observations_of
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.small_sets import ARCSEC, COUNTS_PER_REV, measurement_set
@@ -70,6 +71,23 @@ def test_a_bracket_that_leans_moves_head_1(seed: int) -> None:
     said = _said(_set(1.0, seed))
     assert said is not None
     assert "head 1" in said
+
+
+def test_slow_noise_does_not_absorb_the_change() -> None:
+    """Slow noise of 3″ with a time constant of three times the length of a run."""
+    made = observations_of(_set(1.0, 4))
+    rows = made.capture
+    assert rows is not None
+    slow = Spectrum(0.02, np.array([30.0]), np.array([9.0]))
+    effects = built_in()
+    reversal = Term(effects["hysteresis"](transition="exponential"), {"width": 20.0})
+    model = [Term(effects["graduation_harmonics"](), {}), reversal]
+    white = fit(model, made)
+    capture = replace(white.noise.capture, spectra=(slow,) * rows.runs)
+    found = fit(model, made, noise=replace(white.noise, capture=capture))
+    assert np.ptp(found.run_offsets_arcsec) < 0.1 * REVERSAL_ARCSEC
+    said = head_1_reverses(Residuals(found), found.parameters()[-1]["reversal_error"])
+    assert said is not None
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
