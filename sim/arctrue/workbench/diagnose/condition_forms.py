@@ -117,9 +117,12 @@ def best_form(residuals: Residuals) -> FoundForm | None:
     white = without_slow_noise(residuals)
     tried = [item for name in names for item in _tried(rows, name)]
     scores = white.scores([(_product(condition), {}) for condition, _ in tried])
+    gains = [score.gain for score in scores]
+    if max(gains) <= 0.0:
+        return None
     found = [
         _product(_refined(white, tried, number))
-        for number in _first_of_each([item for item, _ in tried], [score.gain for score in scores])
+        for number in _first_of_each([item for item, _ in tried], gains)
     ]
     refined = white.scores([(item, {}) for item in found])
     best = int(np.argmax([score.gain for score in refined]))

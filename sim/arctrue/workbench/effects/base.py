@@ -183,6 +183,9 @@ class Effect(EffectWithSettings):
     moves_axis: ClassVar[bool] = False
     """Whether the effect shifts the axis relative to the heads: their weighted mean does not
     contain it."""
+    reversal_of_the_table: ClassVar[str | None] = None
+    """Name of the parameter that is a reversal error of the table against the disc. Both heads are
+    at the disc, so that R₂ − R₁ does not change with the direction."""
     fixed_to_polygon: ClassVar[bool] = False
     """Whether the effect moves with the polygon when the polygon is turned on the table by some
     faces."""

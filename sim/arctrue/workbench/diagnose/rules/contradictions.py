@@ -62,9 +62,10 @@ def contradicts_itself(case: Case) -> Decision | None:
     if why is None and best.effect.search:
         found = best.at_maximum.parameters()[-1]
         why = best.effect.search_contradiction(found, solution.observations)
-    if why is None and best.name == "hysteresis":
+    reversal = best.effect.reversal_of_the_table
+    if why is None and reversal is not None:
         found = best.at_maximum.parameters()[-1]
-        why = head_1_reverses(Residuals(best.at_maximum), found["reversal_error"])
+        why = head_1_reverses(Residuals(best.at_maximum), found[reversal])
     if why is None:
         return None
     # A product that explains the same error as the best effect describes this error without naming

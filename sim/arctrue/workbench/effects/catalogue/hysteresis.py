@@ -89,6 +89,7 @@ class Hysteresis(ScalarEffect):
         "the correction follows the direction of approach; the default bitstream cannot correct it"
     )
     parameter_name = "reversal_error"
+    reversal_of_the_table = "reversal_error"
     parameter_unit = "arcsec"
     in_parts = ("direction", "reference")
     defaults = {"transition": "none"}
