@@ -192,17 +192,18 @@ def _is_enough(line: Candidate, cause: Candidate) -> bool:
 
 
 def of_its_order(line: Candidate, other: Candidate) -> bool:
-    """Tell whether the other effect searched the disc order of the line, and explains most of the
-    line.
+    """Tell whether the other effect has the whole order of the line, and explains most of the line.
 
-    A line has a size and a phase for each head, so that it also fits small changes of an order of
-    the disc. An eccentricity of 80″ changes the phase of order 120 by 0.05 rad. The result is True
-    only if the line gains as much at that whole order as at its own order.
+    The order is the disc order that the other effect searched, or one of the orders of an axis
+    motion. A line has a size and a phase for each head, so that it also fits small changes of an
+    order of the disc: an eccentricity of 80″ changes the phase of order 120 by 0.05 rad. The result
+    is True only if the line gains as much at that whole order as at its own order.
     """
-    if other.effect.search_kind != "disc_order" or line.nonlinear.get("in_time"):
+    whole = _whole_order(line, other)
+    if whole is None or line.nonlinear.get("in_time"):
         return False
     known = line.evidence or other.evidence
-    order, whole = line.nonlinear.get("order", 0.0), other.nonlinear["order"]
+    order = line.nonlinear.get("order", 0.0)
     if known is None or abs(order - whole) > known.base.observations.order_resolution:
         return False
     base = known.base
@@ -213,3 +214,12 @@ def of_its_order(line: Candidate, other: Candidate) -> bool:
     score = base.score(other.effect, other.nonlinear)
     with_other = Residuals(base.solution_with(other.effect, other.nonlinear, score))
     return with_other.score(line.effect, there).gain < OF_THE_SAME_KIND * own
+
+
+def _whole_order(line: Candidate, other: Candidate) -> float | None:
+    """Return the order of the other effect that may be the order of the line."""
+    if other.effect.search_kind == "disc_order":
+        return other.nonlinear["order"]
+    nearest = round(line.nonlinear.get("order", 0.0))
+    is_own = other.effect.moves_axis and nearest in other.effect.settings.get("orders", ())
+    return float(nearest) if is_own else None

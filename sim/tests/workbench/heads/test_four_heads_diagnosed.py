@@ -4,6 +4,7 @@ numpy simulates the sets."""
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,6 +53,18 @@ def test_a_ball_pass_is_named_with_what_head_1_sees() -> None:
     _, values = _named(FourHeads(motion=ball_pass(0.25e-6, 4.37)), "bearing_ball_pass")
     _close(values["head1_amplitude"], 0.25e-6 * ARCSEC_A_METRE)
     assert abs(values["order"].value - 4.37) < 1e-3
+
+
+@pytest.mark.parametrize("head", [3, 4])
+def test_a_wrong_place_of_a_head_does_not_hide_a_motion_of_the_axis(head: int) -> None:
+    """The place of a head is stated wrong by 4″; a line of any cause has order 3 in every head."""
+    made = FourHeads(motion=lambda angle: 0.35e-6 * np.exp(-3j * angle + 0.2j)).measured(7)
+    places = list(PLACES_DEG)
+    places[head - 1] += 4.0 / 3600.0
+    found = diagnosis_of(replace(made, table=replace(made.table, head_places_deg=tuple(places))))
+    assert found.named is not None
+    assert found.named.name == "radial_error_motion"
+    assert [item.name for item in found.further] == ["head_angle_error"]
 
 
 @pytest.mark.parametrize("heads", [pytest.param(3, marks=pytest.mark.large), 4])
