@@ -32,6 +32,7 @@ from arctrue.workbench.diagnose.evidence_of_one import (
     with_noise_of_another,
 )
 from arctrue.workbench.diagnose.of_the_runs import leaves_the_index
+from arctrue.workbench.diagnose.second_head_effect import second_head_effects
 from arctrue.workbench.diagnose.second_run_effect import second_run_effects, without
 from arctrue.workbench.diagnose.survey import Survey, fit_of_channels, takes_most
 from arctrue.workbench.diagnose.with_a_real_effect import (
@@ -253,10 +254,12 @@ def _seen_with(white: Residuals, items: Sequence[Candidate], tried: Survey) -> l
 
 def _second_run_effects(tried: Survey) -> dict[str, SecondRunEffect]:
     """Return the effects that explain the offsets of the runs only together with another effect."""
+    tests = tried.absent * tried.looks
+    found = second_head_effects(tried.residuals, tried.candidates, tests)
     change = tried.detections.cycles
-    if change is None or not change.of_runs:
-        return {}
-    return second_run_effects(tried.residuals, tried.candidates, tried.absent * tried.looks)
+    if change is not None and change.of_runs:
+        found |= second_run_effects(tried.residuals, tried.candidates, tests)
+    return found
 
 
 def _judged_with_second(

@@ -15,6 +15,7 @@ from scipy.special import fdtrc
 
 from arctrue.workbench.diagnose.candidate import Candidate, SecondRunEffect
 from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.capture_block import capture_block
 from arctrue.workbench.effects.part_conditions import (
     conditions_by_direction,
     recorded_conditions,
@@ -24,7 +25,7 @@ from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.forward.cycles import between_cycles
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE
-from arctrue.workbench.observations import Observations, ReferenceRows
+from arctrue.workbench.observations import CaptureRows, Observations, ReferenceRows
 
 Float = NDArray[np.float64]
 
@@ -93,20 +94,32 @@ def second_run_effects(
 
 
 def without(residuals: Residuals, other: SecondRunEffect) -> Residuals:
-    """Return the residuals of the model with the other effect subtracted from the reference."""
+    """Return the residuals of the model with the other effect subtracted from capture and
+    reference."""
     solution = residuals.solution
 
     def corrected(rows: ReferenceRows | None) -> ReferenceRows | None:
-        if rows is None:
-            return None
-        columns = other.effect.reference_columns(rows, {}, solution.context)
-        assert columns is not None
+        columns = rows and other.effect.reference_columns(rows, {}, solution.context)
+        if rows is None or columns is None:
+            return rows
         return replace(rows, error_arcsec=rows.error_arcsec - other.coefficient * columns[:, 0])
 
+    def corrected_capture(rows: CaptureRows | None) -> CaptureRows | None:
+        columns = rows and capture_block(other.effect, rows, {}, solution.context)
+        if rows is None or columns is None:
+            return rows
+        error = other.coefficient * columns[:, 0]
+        return replace(rows, difference_arcsec=rows.difference_arcsec - error)
+
+    before = solution.observations
+    capture = corrected_capture(before.capture)
     observations: Observations = replace(
-        solution.observations,
-        reference=corrected(solution.observations.reference),
-        stored_reference=corrected(solution.observations.stored_reference),
+        before,
+        capture=capture,
+        # The stored rows have no corrected values; the evidence needs only the rows of statistics.
+        stored=before.stored if capture is before.capture else None,
+        reference=corrected(before.reference),
+        stored_reference=corrected(before.stored_reference),
     )
     return Residuals(fit(solution.terms, observations))
 

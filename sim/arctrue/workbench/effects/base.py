@@ -183,6 +183,9 @@ class Effect(EffectWithSettings):
     moves_axis: ClassVar[bool] = False
     """Whether the effect shifts the axis relative to the heads: their weighted mean does not
     contain it."""
+    zero_is_unknown: ClassVar[bool] = False
+    """Whether the value of the condition at which the effect is zero is unknown, so that the effect
+    causes a constant too: the temperature at which the heads have the stated places."""
     reversal_of_the_table: ClassVar[str | None] = None
     """Name of the parameter that is a reversal error of the table against the disc. Both heads are
     at the disc, so that R₂ − R₁ does not change with the direction."""

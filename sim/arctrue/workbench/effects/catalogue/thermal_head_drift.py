@@ -45,6 +45,7 @@ class ThermalHeadDrift(ScalarOfEachHead):
     parameter_name = "drift"
     parameter_unit = "arcsec/K"
     in_parts = ("temperature", "head2")
+    zero_is_unknown = True
 
     def missing(self, observations: Observations) -> list[str]:
         rows = observations.capture

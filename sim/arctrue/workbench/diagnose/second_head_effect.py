@@ -1,0 +1,122 @@
+"""Tests pairs of effects of a capture that each change only the offsets of the runs.
+
+Example: a head drifts with the temperature, and the stated separation of the heads is that of
+another temperature. Each of the two effects alone explains only a part of the offsets and is not
+significant; both together explain every offset.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtrc, fdtrc
+
+from arctrue.workbench.diagnose.candidate import Candidate, SecondRunEffect
+from arctrue.workbench.effects.base import Effect
+from arctrue.workbench.effects.capture_block import capture_block
+from arctrue.workbench.inference.forward.cycles import MOST_WITHIN
+from arctrue.workbench.inference.likelihood_ratio import (
+    with_index_as_known,
+    without_slow_noise,
+)
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.significance import SIGNIFICANCE
+from arctrue.workbench.inference.solution import Solution
+
+Float = NDArray[np.float64]
+
+LEAST_FREE = 4
+"""Fewest degrees of freedom of the offsets with both effects in the model (runs − 2). With fewer, a
+few offsets that slow noise moves by more than the index resemble two effects."""
+LEAST_OWN = 0.01
+"""Smallest share of an effect's offsets that the other effect cannot reproduce, as for the
+reference."""
+
+
+def second_head_effects(
+    residuals: Residuals, items: Sequence[Candidate], tests: float
+) -> dict[str, SecondRunEffect]:
+    """Return, for each effect of the catalogue that is significant among the runs of a capture only
+    with another effect in the model, the best other effect.
+
+    Both effects must be significant with the other one in the model. The offsets are those of white
+    noise: slow noise that was estimated without the effects would absorb them. An effect that is a
+    constant is not returned with an effect whose zero is unknown
+    (:attr:`~arctrue.workbench.effects.base.Effect.zero_is_unknown`), because this zero causes a
+    constant. ``tests``: number of tests by which p of each effect is corrected.
+    """
+    rows = residuals.observations.capture
+    if rows is None or rows.channels != 1 or rows.runs - 2 < LEAST_FREE:
+        return {}
+    known = with_index_as_known(without_slow_noise(residuals)).solution
+    shapes = [
+        (item.effect, shape)
+        for item in items
+        if not item.effect.search
+        and item.rank == 1
+        and (shape := _shape(known, item.effect)) is not None
+    ]
+    found: dict[str, SecondRunEffect] = {}
+    for effect, shape in shapes:
+        if tests * _p_given(known, shape, None) < SIGNIFICANCE:
+            continue
+        pairs = [
+            (_p_given(known, shape, other), other_effect, other)
+            for other_effect, other in shapes
+            if other_effect is not effect
+        ]
+        if not pairs:
+            continue
+        p_value, other_effect, other = min(pairs, key=lambda pair: pair[0])
+        p_value = min(1.0, p_value * len(pairs))
+        if tests * max(p_value, _p_given(known, other, shape)) >= SIGNIFICANCE:
+            continue
+        if other_effect.zero_is_unknown and np.ptp(shape) <= MOST_WITHIN * np.abs(shape).max():
+            continue
+        both = np.column_stack([other, shape])
+        sizes = np.linalg.lstsq(both, known.run_offsets_arcsec, rcond=1e-10)[0]
+        found[effect.name] = SecondRunEffect(other_effect, float(sizes[0]), p_value)
+    return found
+
+
+def _shape(known: Solution, effect: Effect) -> Float | None:
+    """Return the offsets of the runs that an effect of size 1 causes; None if it also changes
+    within the runs, or does not change R₂ − R₁."""
+    rows = known.observations.capture
+    assert rows is not None
+    if effect.missing(known.observations):
+        return None
+    columns = capture_block(effect, rows, {}, known.context)
+    if columns is None:
+        return None
+    column = columns[:, 0]
+    size = np.maximum(np.bincount(rows.run, minlength=rows.runs), 1)
+    means = np.bincount(rows.run, column, rows.runs) / size
+    within, whole = float(np.sum((column - means[rows.run]) ** 2)), float(column @ column)
+    return None if whole == 0.0 or within > MOST_WITHIN * whole else means
+
+
+def _p_given(known: Solution, shape: Float, other: Float | None) -> float:
+    """Return p of an effect by the F test of the offsets, with another effect in the model.
+
+    The offsets that remain and the known repeatability of the index, with the degrees of freedom of
+    its prior, determine the variance. If the offsets that remain contradict this repeatability,
+    they alone determine the variance.
+    """
+    left, own = known.run_offsets_arcsec, shape
+    if other is not None:
+        unit = other / float(np.linalg.norm(other))
+        own, left = own - unit * (unit @ own), left - unit * (unit @ left)
+    square = float(own @ own)
+    if square <= LEAST_OWN * float(shape @ shape):
+        return 1.0
+    explained = float(own @ left) ** 2 / square
+    remaining = max(float(left @ left) - explained, 1e-300)
+    freedom = left.size - 1.0 - (other is not None)
+    index_variance = known.observations.index_sigma_arcsec**2
+    if float(chdtrc(freedom, remaining / index_variance)) >= SIGNIFICANCE:
+        prior = known.noise.index_freedom
+        remaining, freedom = remaining + prior * index_variance, freedom + prior
+    return float(fdtrc(1, freedom, explained * freedom / remaining))
