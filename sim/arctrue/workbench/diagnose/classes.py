@@ -220,6 +220,6 @@ def _whole_order(line: Candidate, other: Candidate) -> float | None:
     """Return the order of the other effect that may be the order of the line."""
     if other.effect.search_kind == "disc_order":
         return other.nonlinear["order"]
-    nearest = round(line.nonlinear.get("order", 0.0))
-    is_own = other.effect.moves_axis and nearest in other.effect.settings.get("orders", ())
+    nearest, own = round(line.nonlinear.get("order", 0.0)), other.effect.settings.get("orders")
+    is_own = other.effect.moves_axis and isinstance(own, Sequence) and nearest in own
     return float(nearest) if is_own else None

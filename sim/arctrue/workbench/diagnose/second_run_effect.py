@@ -99,14 +99,18 @@ def without(residuals: Residuals, other: SecondRunEffect) -> Residuals:
     solution = residuals.solution
 
     def corrected(rows: ReferenceRows | None) -> ReferenceRows | None:
-        columns = rows and other.effect.reference_columns(rows, {}, solution.context)
-        if rows is None or columns is None:
+        if rows is None:
+            return None
+        columns = other.effect.reference_columns(rows, {}, solution.context)
+        if columns is None:
             return rows
         return replace(rows, error_arcsec=rows.error_arcsec - other.coefficient * columns[:, 0])
 
     def corrected_capture(rows: CaptureRows | None) -> CaptureRows | None:
-        columns = rows and capture_block(other.effect, rows, {}, solution.context)
-        if rows is None or columns is None:
+        if rows is None:
+            return None
+        columns = capture_block(other.effect, rows, {}, solution.context)
+        if columns is None:
             return rows
         error = other.coefficient * columns[:, 0]
         return replace(rows, difference_arcsec=rows.difference_arcsec - error)
