@@ -14,6 +14,7 @@ from arctrue.workbench.effects.base import Parameter
 from arctrue.workbench.effects.registry import built_in
 from tests.workbench.base_diagnosis import diagnosis_of
 from tests.workbench.heads.four_heads import (
+    COUNTS,
     DISC,
     PLACES_DEG,
     RADIUS_M,
@@ -144,6 +145,22 @@ def test_an_effect_of_one_head_speaks_of_that_head(name: str, head: int) -> None
     assert ("the output is the reading of head 1" in effect.compensation_note) == (
         head == 1 and name != "head_angle_error"
     )
+
+
+@pytest.mark.parametrize("head", [2, 4])
+def test_a_bracket_that_vibrates_is_no_damped_oscillation(head: int) -> None:
+    """A sine of 0.4″ and 23.1 Hz of one head, with a phase of its own in each run."""
+    made = FourHeads(samples=2000).measured(11)
+    rows = made.capture
+    assert rows is not None
+    phase = np.random.default_rng(11).uniform(0.0, 2.0 * np.pi, 4)[rows.run]
+    sine = 0.4 * np.sin(2.0 * np.pi * 23.1 * rows.time_s + phase)
+    name = f"head{head}_counts"
+    counts = getattr(rows, name) + np.rint(sine / 1_296_000.0 * COUNTS).astype(np.int64)
+    found = diagnosis_of(replace(made, capture=replace(rows, **{name: counts})))
+    assert found.named is not None
+    assert found.named.name == "vibration"
+    assert found.named.parameters()["frequency"].value == pytest.approx(23.1, abs=0.01)
 
 
 def test_heads_that_are_read_one_after_the_other_are_named_together() -> None:

@@ -24,6 +24,7 @@ from arctrue.workbench.inference.forward.search import LineSearch, search_lines
 from arctrue.workbench.inference.solution import Solution
 from arctrue.workbench.noise.kernel import KernelNoise, Part, log_likelihood
 from arctrue.workbench.noise.kernel_fit import KernelFit, Rows, best_fit, fit_from, usual_starts
+from arctrue.workbench.observations import CaptureRows
 from arctrue.workbench.observations.one_speed import order_at_one_speed
 
 Float = NDArray[np.float64]
@@ -250,16 +251,32 @@ def _with_frequency(noise: KernelNoise, part: Part, hz: float) -> KernelNoise:
 
 def oscillation_in_capture(solution: Solution) -> Oscillation | None:
     """Return the resonance in the run with the most rows, with the model's coefficients unchanged;
-    None if there is none."""
+    None if there is none.
+
+    With more than two heads each channel is searched. The channel with the largest gain gives the
+    size; the gain is the sum over the channels with the same resonance.
+    """
     rows, left = solution.observations.capture, solution.capture_residual_arcsec()
     if rows is None or left is None or "capture" in solution.unknown_noise:
         return None
-    kept = np.flatnonzero(rows.run == int(np.argmax(np.bincount(rows.run))))
+    every = (_in_channel(rows, left, channel) for channel in range(rows.channels))
+    found = [item for item in every if item is not None]
+    first = max(found, key=lambda item: item.gain, default=None)
+    if first is None:
+        return None
+    return replace(first, gain=sum(item.gain for item in found if first.is_same(item)))
+
+
+def _in_channel(rows: CaptureRows, left: Float, channel: int) -> Oscillation | None:
+    """Return the resonance in the longest run of a channel; its gain is scaled to all runs."""
+    count = np.bincount(rows.run)[channel :: rows.channels]
+    longest = rows.channels * int(np.argmax(count)) + channel
+    kept = np.flatnonzero(rows.run == longest)
     time_s = rows.time_s[kept]
     if kept.size < LEAST_ROWS or not np.all(np.diff(time_s) > 0.0):
         return None
     records = [*_first_rows(time_s, left[kept]), _record(time_s, left[kept])]
-    return _in_records(records, "capture", rows.run.size)
+    return _in_records(records, "capture", int(count.sum()))
 
 
 def oscillation_in_reference(solution: Solution) -> Oscillation | None:
