@@ -45,6 +45,7 @@ from arctrue.workbench.inference.forward.noise_of_record import NOT_WHITE
 from arctrue.workbench.inference.forward.of_solution import has_records
 from arctrue.workbench.inference.forward.oscillation import (
     Oscillation,
+    line_in_each_run,
     oscillation_in_capture,
     oscillation_in_reference,
 )
@@ -217,7 +218,8 @@ class Case:
 
         Single rows of a channel are searched if its whitened residuals are not white, or if an
         effect was found or refused. Stations are not searched if every pass shows an error at the
-        same places: over time, such an error has many lines.
+        same places: over time, such an error has many lines. A line in time counts as an
+        oscillation if each run has a phase of its own.
         """
         residuals = self.survey.residuals
         found = [self.survey.detections.oscillation]
@@ -230,6 +232,9 @@ class Case:
                 continue
             if suspect or (tests is not None and tests.autocorrelation_p < NOT_WHITE):
                 found.append(search(residuals.solution))
+        hz = 0.0 if self.best is None else self.best.nonlinear.get("frequency", 0.0)
+        if hz > 0.0 and not any(item is not None and item.is_line for item in found):
+            found.append(line_in_each_run(residuals.solution, hz))
         large = [
             item
             for item in found

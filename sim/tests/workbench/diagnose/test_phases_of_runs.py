@@ -86,6 +86,18 @@ def test_the_verdict_describes_one_line() -> None:
     assert diagnosis_data(found, [])["findings"]["oscillation"]["own_phase_in_each_run"]
 
 
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_fast_line_with_a_phase_in_each_run_is_no_pair_of_lines(seed: int) -> None:
+    """Two runs of 36 s and 15 s with 100 rows a second: with one phase, the line of 12.5 Hz is two
+    lines at other frequencies. Where the two phases fit one line at a frequency within 1/36 s, as
+    with seed 2, nothing separates the two."""
+    found = diagnosis_of(_line(seed, 12.5, 100.0, (10.0, 24.0)))
+    assert found.verdict == "unknown"
+    said = sentences(found)[0]
+    assert "a line of 0.08 s (12.5 Hz)" in said
+    assert "with a phase of its own in each run" in said
+
+
 @pytest.mark.parametrize("hz", [0.05, pytest.param(0.4, marks=pytest.mark.large)])
 @pytest.mark.parametrize("constant_s", [pytest.param(22.0, marks=pytest.mark.large), 90.0])
 def test_an_oscillation_that_noise_drives_is_no_line(hz: float, constant_s: float) -> None:

@@ -27,6 +27,7 @@ from arctrue.workbench.diagnose.steps_of_heads import heads_that_step
 from arctrue.workbench.diagnose.survey import Survey
 from arctrue.workbench.inference.forward.cycles import p_among_cycles
 from arctrue.workbench.inference.forward.mountings import describes_mountings
+from arctrue.workbench.inference.forward.oscillation import Oscillation
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.scan.places import LINES
 from arctrue.workbench.inference.significance import SIGNIFICANCE
@@ -96,7 +97,7 @@ therefore has the width of six frequencies that the record separates."""
 def driven_by_noise(case: Case) -> Decision | None:
     """The noise has a damped oscillation, or a line is in a part of a log or has its own phase in
     each run; lines and products of parts gain less than three quarters as much, other effects less
-    than a tenth."""
+    than a tenth. A line of a phase in each run replaces the line of one phase at its frequency."""
     best, product = case.best, case.product
     flexible = best is not None and _only_lines(case, best)
     if product is not None and case.ahead > PARTS_ADVANTAGE:
@@ -112,9 +113,15 @@ def driven_by_noise(case: Case) -> Decision | None:
     if best is not None and found.channel not in channels_moved(best, case.survey):
         return None
     most = (OF_AN_OSCILLATION if flexible else LEAST_TAKEN) * 2.0 * found.gain
-    if best is not None and best.gain > most:
+    if best is not None and best.gain > most and not _has_own_phases(best, found):
         return None
     return Decision("unknown", seen=found.words(), oscillation=found)
+
+
+def _has_own_phases(line: Candidate, found: Oscillation) -> bool:
+    """The oscillation is this line, with a phase for each run."""
+    hz = line.nonlinear.get("frequency", 0.0)
+    return found.in_each_run is not None and abs(hz - found.hz) < found.hz / found.quality
 
 
 def _only_lines(case: Case, best: Candidate) -> bool:

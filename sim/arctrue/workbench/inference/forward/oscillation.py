@@ -299,18 +299,36 @@ def in_each_run(solution: Solution, found: Oscillation | None) -> Oscillation | 
     """Return an oscillation of the reference as a line, if each run keeps the line's phase."""
     if found is None or found.is_line:
         return found
-    line = line_of_runs(solution, found.hz, found.hz / found.quality)
+    line = _of_runs(solution, found.hz, found.hz / found.quality)
+    return found if line is None else replace(line, gain=max(line.gain, found.gain))
+
+
+def line_in_each_run(solution: Solution, hz: float) -> Oscillation | None:
+    """Return a line of the reference near a frequency if it keeps its phase only within each run;
+    None otherwise.
+
+    One phase for all runs makes such a line two lines, at other frequencies.
+    """
+    longest = longest_stretch(solution)
+    if longest is None:
+        return None
+    return _of_runs(solution, hz, 1.0 / float(np.ptp(longest[0])))
+
+
+def _of_runs(solution: Solution, hz: float, width_hz: float) -> Oscillation | None:
+    line = line_of_runs(solution, hz, width_hz)
     if line is None:
-        return found
+        return None
     rows = solution.observations.every_reference_row
-    return replace(
-        found,
-        order=None if rows is None else order_at_one_speed(rows, line.hz),
-        hz=line.hz,
-        sigma_hz=line.sigma_hz,
-        rms_arcsec=line.rms_arcsec,
-        gain=max(line.gain, found.gain),
+    return Oscillation(
+        line.hz,
+        line.sigma_hz,
+        line.rms_arcsec,
+        hz / width_hz,
+        "reference",
+        line.gain,
         in_each_run=line.size_words(),
+        order=None if rows is None else order_at_one_speed(rows, line.hz),
     )
 
 

@@ -63,7 +63,8 @@ class LineOfRuns:
     """Amplitude in each run that was tested."""
     rms_arcsec: float
     gain: float
-    """Gain in log likelihood over the best noise without the line and without an oscillation."""
+    """Gain in log likelihood over the best noise without the line and without an oscillation,
+    scaled from the rows of the record to every row."""
 
     def size_words(self) -> str:
         """Return one amplitude for all runs, or the range of the amplitudes."""
@@ -123,7 +124,9 @@ def line_of_runs(solution: Solution, hz: float, width_hz: float) -> LineOfRuns |
     each = _gain(record, rate, grown.noise)
     if each - one <= (numbers.size - 1) * float(np.log(record.clock.size)):
         return None
-    return _measured(record, rate, columns, grown.noise, gain)
+    every = solution.observations.every_reference_row
+    share = 1.0 if every is None else float(np.sum(record.readings)) / every.run.size
+    return _measured(record, rate, columns, grown.noise, gain / min(share, 1.0))
 
 
 def _record(solution: Solution, hz: float) -> Record | None:
