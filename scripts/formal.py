@@ -226,8 +226,8 @@ def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]
     text = source.read_text(encoding="utf-8")
     if text.count(fault.old) != 1:
         raise ValueError(
-            f"{source}: '{fault.name}' looks for a text that is there {text.count(fault.old)} "
-            f"times, not once; mend it in scripts/formal_proofs"
+            f"{source}: the text that the fault '{fault.name}' replaces occurs "
+            f"{text.count(fault.old)} times, not once; mend the fault in scripts/formal_proofs"
         )
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)

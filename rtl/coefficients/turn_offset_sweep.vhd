@@ -12,8 +12,9 @@
 -- the turn at its start as m throughout, so that it writes the offsets of three neighbouring turns even if the angle
 -- moves to another turn meanwhile. While the angle crosses a wrap back and forth, these offsets do not change. After a
 -- wrap the offsets of the next turn are complete within two sweeps, 36 · LANES + 12 clocks after the first angle of the
--- new turn. Before the next wrap in the same direction the angle moves at least half a turn, even if the zero moves,
--- and at most one count per clock. Therefore a turn of 72 · LANES + 48 counts or more is long enough at every speed.
+-- new turn. The angle moves by at most one count per clock. Between two wraps in the same direction it moves by at
+-- least half a turn, even if the zero moves. Therefore a turn of 72 · LANES + 48 counts is long enough at
+-- every speed.
 --
 -- **Limits.** m has 24 bits: beyond ±2²³ turns it wraps, and the phase then steps by frac(2²⁴·ν). Prepared sets of
 -- heads (FAILOVER) hold no turn steps: the lanes of a set keep the turn steps of the idle bank.

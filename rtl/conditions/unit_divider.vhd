@@ -59,8 +59,8 @@ begin
         left    := STEPS + 1;
         found   := (others => '0');
       elsif left > 0 then
-        -- The first bit of `found` has the value 1: if it is set, the quotient is 1. With a divisor of 0 the quotient
-        -- is 0.
+        -- The first bit of `found` is the integer bit: the quotient is 1 if this bit is set. With a divisor of 0 the
+        -- quotient is 0.
         found := found(STEPS - 1 downto 0) & not less(less'high);
         if less(less'high) = '0' then
           rest := less(rest'range);

@@ -19,7 +19,7 @@ CLOCKS = int(os.environ.get("CLOCKS", "25"))
 
 @cocotb.test()
 async def every_word_comes_out_once(dut: Any) -> None:
-    """The output is the input of CLOCKS clocks before; before the first word arrives it is 0."""
+    """The output is the input of CLOCKS clocks earlier, and 0 until the first word arrives."""
     rng = random.Random(1)
     words = [rng.getrandbits(WIDTH) for _ in range(300)]
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())

@@ -95,7 +95,7 @@ def test_what_is_cut_must_be_there(proof: Proof, tmp_path: Path) -> None:
 
 def test_a_fault_that_does_not_fit_the_source_is_refused(tmp_path: Path) -> None:
     fault = Break("gone", "no such text", "")
-    with pytest.raises(ValueError, match="there 0 times, not once"):
+    with pytest.raises(ValueError, match="occurs 0 times, not once"):
         broken_sources(OUTPUT, fault, tmp_path / "vhdl")
 
 

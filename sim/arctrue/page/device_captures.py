@@ -56,8 +56,8 @@ class DeviceCaptures:
             self._running = ""
 
     def _step_of_capture(self, place: Path) -> int:
-        """Copy a capture into a session and return its step; the copy is needed because the daemon
-        deletes its oldest captures."""
+        """Take a capture, copy it into a session and return its step; the copy is needed because
+        the daemon deletes its oldest captures."""
         path = self._device.capture()
         shutil.copytree(path, place / SET)
         title = read_description(place / SET).keys.title or path.name

@@ -1,4 +1,5 @@
-"""Provides a fixture that gives the daemons of the tests their own folder for announcements."""
+"""Provides two fixtures for tests of the daemon: a folder for its announcements, and a device that
+replays telemetry."""
 
 from __future__ import annotations
 

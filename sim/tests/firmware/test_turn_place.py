@@ -64,11 +64,12 @@ def assigned(core: TurningCore) -> tuple[bool, Any]:
 
 @pytest.mark.parametrize("with_mean", [False, True])
 def test_turns_near_the_end_of_a_turn(with_mean: bool) -> None:
-    """Both turns are right whenever the firmware calls them certain, and it does so for every
-    reading that is SURE_COUNTS away from 0.
+    """The turns of the corrected angle and of head 1 are right if the firmware calls them certain,
+    and it calls them certain for every reading farther than SURE_COUNTS from 0.
 
-    With a mean the correction also holds the mean's term, up to 2¹⁸ counts, and head 1 need not be
-    the head whose turns the core counts.
+    ``with_mean``: the output is the mean of the heads. The correction then also contains the
+    ``mean_term`` of the gateware, up to 2¹⁸ counts. The core may count the turns of another head
+    than head 1, so that the turn of head 1 is not compared.
     """
     random = np.random.default_rng(7)
     most = 2**18 if with_mean else 4_000

@@ -1,5 +1,5 @@
-"""Tests that a table with three or four heads gives each head its reading, and that sets measured
-with these heads are right."""
+"""Tests the readings of the heads of a table with three or four heads, and simulated sets with
+these heads."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def test_every_head_sees_the_axis_by_its_own_place_and_radius() -> None:
     moved = shift * np.exp(2j * angle) + 0.5 * shift * np.exp(-2j * angle)
     for head, (place, radius) in enumerate(zip(PLACES, radii, strict=True)):
         seen = table.reading_rad(head, TableState.at_rest(angle)) - angle
-        # A head at the angle p counts from its own mark, so that its reading is larger by p. The
-        # direction of its ray is known only modulo a turn, within ± π.
+        # A head at the place p counts from its own index mark. Its reading is therefore larger by
+        # p, plus or minus whole turns.
         seen -= 2.0 * np.pi * np.round((seen - place) / (2.0 * np.pi)) + place
         expected = np.imag(moved * np.exp(1j * place)) / radius
         assert np.max(np.abs(seen - expected)) < SECOND_ORDER * (abs(1.5 * shift) / radius) ** 2

@@ -1,5 +1,5 @@
-"""Computes the course of the table: the motion over its legs, one after the other, with time and
-temperature."""
+"""Computes the course of the table: the motion over its legs, one after the other, with the time of
+the motion and the time of the surroundings."""
 
 from __future__ import annotations
 

@@ -192,12 +192,13 @@ def _is_enough(line: Candidate, cause: Candidate) -> bool:
 
 
 def of_its_order(line: Candidate, other: Candidate) -> bool:
-    """Tell whether the other effect has the whole order of the line, and explains most of the line.
+    """Tell whether the other effect has an integer order within the resolution of the line's order,
+    and explains most of the line.
 
-    The order is the disc order that the other effect searched, or one of the orders of an axis
-    motion. A line has a size and a phase for each head, so that it also fits small changes of an
-    order of the disc: an eccentricity of 80″ changes the phase of order 120 by 0.05 rad. The result
-    is True only if the line gains as much at that whole order as at its own order.
+    The integer order is the disc order that the other effect searched, or one of the orders of an
+    axis motion. A line has a size and a phase for each head, so that it also fits small changes of
+    an order of the disc: an eccentricity of 80″ changes the phase of order 120 by 0.05 rad. The
+    result is True only if the line gains as much at the integer order as at its own order.
     """
     whole = _whole_order(line, other)
     if whole is None or line.nonlinear.get("in_time"):
@@ -217,7 +218,8 @@ def of_its_order(line: Candidate, other: Candidate) -> bool:
 
 
 def _whole_order(line: Candidate, other: Candidate) -> float | None:
-    """Return the order of the other effect that may be the order of the line."""
+    """Return the integer order of the other effect that may be the order of the line; None if it
+    has no such order."""
     if other.effect.search_kind == "disc_order":
         return other.nonlinear["order"]
     nearest, own = round(line.nonlinear.get("order", 0.0)), other.effect.settings.get("orders")

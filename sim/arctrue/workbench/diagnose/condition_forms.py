@@ -1,9 +1,9 @@
-"""Finds errors of the reference that follow a function of a recorded condition: a function about a
-place of its range (square, size, above, below), or the condition behind a first-order lag.
+"""Finds errors of the reference that follow a form of a recorded condition c.
 
-Slow noise that is estimated while the effect is not in the model absorbs such a slow error. The
-forms are therefore compared with the white part of the noise alone. Only the likelihood ratio with
-newly estimated noise decides whether a form is stated.
+A form is a function of the difference from a value c₀ (square, magnitude, part above or part below
+c₀), or the condition after a first-order lag. Slow noise that is estimated while the effect is not
+in the model absorbs such a slow error. Therefore only the white part of the noise is used to
+compare the forms. The likelihood ratio with newly estimated noise decides whether a form is stated.
 """
 
 from __future__ import annotations
@@ -35,27 +35,28 @@ from arctrue.workbench.observations import Observations, ReferenceRows
 Float = NDArray[np.float64]
 
 PLACES = (0.15, 0.35, 0.5, 0.65, 0.85)
-"""Quantiles of a condition at which a form is tried. For a normal distribution they turn the
-parabola (c − c₀)² in five equal steps of the plane of c and c²; beyond them, it is nearly
-straight."""
+"""Quantiles of a condition that are tried as c₀. In the plane that c and c² span, the vector
+(c − c₀)² turns by equal angles from one quantile to the next if c has a normal distribution; with
+c₀ beyond the outer quantiles, it is nearly a straight line in c."""
 LAGS = 8
 """Number of lags that are tried, in equal ratios."""
 SHORTEST_STEPS, LONGEST_SPANS = 2.0, 0.25
 """Shortest lag, in median steps of the rows: a shorter lag only smooths the noise of the column.
-Longest lag, in lengths of the record: the start of a longer lag, before the first row, is not
-known."""
+Longest lag, in lengths of the record: with a longer lag, the unknown condition before the first row
+changes most rows."""
 AHEAD = 0.5
-"""Smallest gain of a form whose place is refined, in gains of the best form. A parabola of a sine
-whose zero lies between two PLACES keeps 0.65 of its gain or more."""
+"""Smallest gain of a form whose c₀ or lag is refined, as a share of the largest gain. If the
+condition is a sine and the true c₀ of a parabola lies between two PLACES, the parabola at one of
+these two has at least 0.65 of the full gain."""
 ROUNDS = 8
-"""Largest number of steps in the search of a place or a lag, to limit cost."""
+"""Largest number of steps in the search of c₀ or a lag, to limit cost."""
 LEAST_LEVELS = 4
-"""Fewest different values of a condition: a form with a free place fits any three levels."""
+"""Fewest different values of a condition: a form with a free c₀ fits any three levels."""
 MOST_ROWS = 20_000
 """Largest number of rows of the reference, to limit cost."""
 OF_TIME = 3
-"""Highest power of the time that must explain less than the form. A condition that only rises and
-falls once, with any error that drifts, resembles such a curve."""
+"""Degree of the polynomial of the time that must explain less than the form. If the condition only
+rises and falls once, its forms resemble such a polynomial, and so does any drift."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +70,8 @@ class FoundForm:
 
 
 def is_searched_form(effect: object) -> bool:
-    """Tell whether an effect is a form that this search finds; a form of a column about the
-    column's own zero belongs to the other products of parts."""
+    """Tell whether an effect is a form that this search finds; a form of a user's column with
+    c₀ = 0 belongs to the other products of parts."""
     if not isinstance(effect, ProductOfParts) or effect.orders or effect.frame != "reference":
         return False
     condition = effect.condition
@@ -108,8 +109,11 @@ def columns_with_forms(observations: Observations) -> list[str]:
 
 
 def best_form(residuals: Residuals) -> FoundForm | None:
-    """Return the form that leaves the least error in white noise; None without a form that explains
-    more than its condition itself, symmetric smoothing, or a smooth curve of the time."""
+    """Return the form with the largest gain in white noise.
+
+    None if this form does not explain more than the condition itself, the condition after symmetric
+    smoothing (for a lag), and a polynomial of the time.
+    """
     rows = residuals.observations.reference
     names = columns_with_forms(residuals.observations)
     if rows is None or not names:
@@ -141,7 +145,7 @@ def _product(condition: Condition) -> ProductOfParts:
 
 
 def _tried(rows: ReferenceRows, column: str) -> Iterator[tuple[Condition, float]]:
-    """Return the forms of a column, each with its place or lag."""
+    """Return the forms of a column, each with its c₀ or lag."""
     values = column_of(rows, column)
     assert values is not None
     for form in SEARCHED_FORMS:
@@ -164,8 +168,12 @@ def _rounded(value: float) -> float:
 
 
 def _first_of_each(tried: Sequence[Condition], gains: Sequence[float]) -> list[int]:
-    """Return the number of the largest gain of each form of a column; PLACES are so far apart that
-    another form may be ahead before the place is refined."""
+    """Return, for each form of each column, the number of the trial with the largest gain, if this
+    gain is near the largest of all.
+
+    All these forms are refined, because PLACES are so far apart that a wrong form may have the
+    largest gain before that.
+    """
     first: dict[tuple[str | None, str], int] = {}
     for number in np.argsort(gains)[::-1].tolist():
         first.setdefault((tried[number].column, tried[number].form), number)
@@ -173,7 +181,7 @@ def _first_of_each(tried: Sequence[Condition], gains: Sequence[float]) -> list[i
 
 
 def _refined(white: Residuals, tried: Sequence[tuple[Condition, float]], number: int) -> Condition:
-    """Return the form with the place or lag of the largest gain between its neighbours."""
+    """Return the form with the c₀ or lag of the largest gain between its neighbours."""
     condition, place = tried[number]
     near = [
         tried[other][1]
@@ -201,8 +209,8 @@ def _refined(white: Residuals, tried: Sequence[tuple[Condition, float]], number:
 def _smoothed(
     white: Residuals, rows: ReferenceRows, effect: ProductOfParts, lags_s: Sequence[float]
 ) -> float:
-    """Return the largest gain of the condition after symmetric smoothing: any smoothing removes the
-    noise of a recorded column, so that a lag must explain more."""
+    """Return the largest gain of the condition after symmetric smoothing. Any smoothing removes the
+    noise of a recorded column; a lag must therefore explain more than symmetric smoothing."""
     values, time_s = column_of(rows, effect.condition.column or ""), rows.time_s
     assert values is not None
     assert time_s is not None

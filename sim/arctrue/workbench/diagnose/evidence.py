@@ -305,10 +305,11 @@ def _largest_sure(item: Candidate, tried: Survey, null: Null, report_step: Repor
 
 
 def _with_forms(parts: list[Candidate], forms: list[Candidate], tried: Survey) -> list[Candidate]:
-    """Return the products of parts; a condition, or a form of it, comes first if it is ahead.
+    """Return the products of parts. A recorded condition, or a form of it, comes first if its ΔBIC
+    exceeds that of the product before by AS_GOOD.
 
-    A form must be ahead of its condition, and both of the first product, by AS_GOOD: the simpler
-    product otherwise describes the error. The place or lag of a form counts as a coefficient.
+    Otherwise the simpler product describes the error. The c₀ or lag of a form counts as a
+    coefficient.
     """
 
     def bic_of(item: Candidate) -> float:

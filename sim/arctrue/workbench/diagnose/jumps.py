@@ -18,9 +18,9 @@ there are more than ONE_BY_ONE, the first."""
 FIRST = 3
 """Number of instants in the verdict on more than ONE_BY_ONE jumps."""
 LEAST_EVEN, EVEN = 4, 0.05
-"""Fewest jumps whose intervals count as equal, and largest relative difference between an interval
-and their median. Three intervals between random instants are equal within this limit once in 900
-records."""
+"""Smallest number of jumps whose intervals are compared, and largest relative difference of an
+interval from the median of equal intervals. Three intervals between random instants are equal
+within this limit once in 900 records."""
 OF_COUNTS = 3.0
 """Largest difference between a jump and a whole number of counts, in standard uncertainties of its
 size; a normal value exceeds it with a probability of 0.003."""

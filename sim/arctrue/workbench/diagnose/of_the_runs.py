@@ -194,10 +194,10 @@ def head_1_reverses(left: Residuals, reversal: Parameter) -> str | None:
     ``left``: residuals with the reversal error in the model. Friction between disc and table does
     not change R₂ − R₁. If head 1 alone moves with the direction, R₂ − R₁ changes by the reversal
     error with the opposite sign. The change must be significant (p below DIFFERENCE_P) and may
-    differ from this value by chance only. The scatter of the runs within each direction and the
-    known index determine its uncertainty, the index with the degrees of freedom of its prior. The
-    offsets are those of white noise: slow noise that was estimated without the change would absorb
-    it.
+    differ from this value by chance only. Its uncertainty follows from the scatter of the runs
+    within each direction and from the known index, which has the degrees of freedom of its prior.
+    The fit of the offsets has only white noise, because slow noise that was estimated without the
+    change would absorb it.
     """
     observations, index = left.observations, left.solution.noise
     rows = observations.capture
@@ -221,7 +221,8 @@ def head_1_reverses(left: Residuals, reversal: Parameter) -> str | None:
         return None
     return (
         f"R₂ − R₁ also differs between the directions, by {size:.3g}″ (u {u_arcsec:.2g}″), the "
-        "negative reversal error: head 1 alone moves with the direction, and not the disc"
+        "reversal error with the opposite sign: head 1 alone moves with the direction, and not the "
+        "disc"
     )
 
 

@@ -1,10 +1,11 @@
 """Finds passes of a reference whose errors are a constant times those of the other passes.
 
-Such a pass is in another unit, or its errors have the other sign. A real error of the table that
-grows does not enlarge the noise of the reference as well; this noise decides, if the passes show
-it. A real error may change its sign with a recorded condition, or if a line in time has turned by
-half a period; a sign is therefore a fault only without such a condition, and only if several orders
-of the angle show it.
+Such a pass is in another unit, or its errors have the other sign. Another unit multiplies the noise
+of the reference by the same constant; a real error of the table that grows leaves the noise as it
+is. The noise therefore decides if the passes show it. A real error may change its sign with a
+recorded condition, or because a vibration has advanced by half a period between two passes.
+Therefore a sign counts as wrong only without such a condition, and only if several orders of the
+angle show it.
 """
 
 from __future__ import annotations
@@ -24,39 +25,44 @@ Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
 MOST_ROWS = 30_000
-"""Largest number of rows that are compared, to limit the time; of more rows only every second,
-third, … row is. In 720 places a turn this is the smallest number for twenty turns with two rows at
-each place."""
+"""Limit of the computing time: of n times this number of rows or more, only every n-th row is
+compared. Twenty turns with 720 places and two rows at each place have nearly this number."""
 ALIKE = 1.3
-"""Largest ratio of the errors of two passes that count as alike: a gain may change by 30 %."""
+"""Largest ratio of the RMS errors of two passes that count as alike: a gain may change by 30 %."""
 FAR = 3.0
-"""Smallest factor, or its inverse, of a unit: the smallest usual one is 3.09 (arcseconds to ten
-thousandths of a milligon)."""
+"""Smallest factor, or inverse of a factor, that counts as another unit: the smallest factor of
+usual units is 3.09 (arcseconds to tenths of a milligon)."""
 LEAST_EXPLAINED = 0.9
-"""Smallest share of the square of a pass's errors that the factor times the curve of the others
-explains. Eight independent values reach it in one of 3,000 pairs (Student's t, six degrees of
-freedom)."""
+"""Smallest share of the sum of squares of a pass's errors that the factor times the curve of the
+others explains. Two passes of eight independent values reach it by chance in one of 3,000 cases
+(Student's t, six degrees of freedom)."""
 OF_TWO_PASSES = 0.8
 """Smallest squared correlation of two alike passes: 0.9², because both have noise."""
 MOST_OF_ONE_PLACE = 0.5
-"""Largest share of the curve's square at one place: a single station that is off is no curve."""
+"""Largest share of the curve's sum of squares at one place: the error of a single station is no
+curve."""
 LEAST_OVER_U = 10.0
-"""Smallest factor in standard uncertainties: three of them are then less than FAR."""
+"""Smallest factor, in its own standard uncertainties: three of these are then at most 30 % of the
+factor, much less than FAR."""
 DECIDES = 2.0
-"""The scatter decides between noise that has the factor and noise that has not if the logarithm of
-each expected scatter is away from their middle by this number of standard deviations. The logarithm
-of a scatter with ν degrees of freedom has the standard deviation 1/√(2ν)."""
+"""The scatter of a pass decides whether its noise has the factor if the two expected scatters, with
+and without the factor, differ enough: half the difference of their logarithms must be at least this
+number of standard deviations. The logarithm of a scatter with ν degrees of freedom has the standard
+deviation 1/√(2ν)."""
 PRECISE = 0.05
-"""Largest relative u of a factor that is taken for a known one without help of the scatter."""
+"""Largest relative standard uncertainty of a factor that shows a unit of SURE_FACTORS without the
+evidence of the scatter."""
 DIFFERS = 3.0
-"""A condition separates a pass from the others if its mean is away by more than this number of
-standard deviations within the passes, and of ranges of the others. A linear effect of a condition
-three ranges away would change the others by a third of the change."""
+"""A condition separates a pass from the alike passes if its mean in the pass is outside the range
+of its means in these by more than this number times the larger of two values: this range, and the
+standard deviation within the passes. At a smaller distance, a linear effect would change the alike
+passes too, by more than a third of the change."""
 SIGN_WITHIN = 0.1
-"""Largest difference from −1 of a factor that is a wrong sign, beyond three u."""
+"""A factor is a wrong sign if it differs from −1 by at most this value, or by at most three
+standard uncertainties."""
 FINEST_ORDER = 0.25
-"""Step and half of the smallest order of the lines that are removed before the sign is tested:
-a pass over a turn resolves half an order."""
+"""Lowest order, and step of the order, in the search for the strongest line, which is removed
+before the sign is tested: half of the order 0.5 that a pass over a turn resolves."""
 
 SURE_FACTORS = {
     60.0: "arcminutes",
@@ -65,8 +71,8 @@ SURE_FACTORS = {
     1000.0: "thousands of its unit",
     0.648 / np.pi * 1000.0: "milliradians",
 }
-"""Arcseconds in each unit. No real effect enlarges the whole curve so much, so that the factor
-alone shows the unit."""
+"""Number of arcseconds in each unit, or 1,000. No real effect enlarges the whole curve so much; the
+factor alone therefore shows the unit."""
 OTHER_FACTORS = {np.pi / 0.648: "microradians"}
 """Number of units in an arcsecond; the scatter must have the factor too."""
 
@@ -121,7 +127,7 @@ def scaled_passes(observations: Observations) -> list[str]:
     ]
     factors = [item for item in found if item is not None]
     if len(factors) < others.size:
-        # A pass that is unlike the others in another way shows that the curve is not constant.
+        # If another pass differs from the curve by more than a factor, the curve is not constant.
         return []
     for item in factors:
         if _name(item) in SURE_FACTORS.values():
@@ -138,7 +144,7 @@ def scaled_passes(observations: Observations) -> list[str]:
 
 
 def _common(table: Float, angle_rad: Float) -> _Passes | None:
-    """Return the errors at the places that all passes visit, without short passes."""
+    """Return the errors at the places that all passes visit; short passes are left out."""
     there = np.isfinite(table)
     number = np.flatnonzero(there.sum(axis=1) > 0.5 * table.shape[1])
     places = np.flatnonzero(there[number].all(axis=0))
@@ -149,7 +155,7 @@ def _common(table: Float, angle_rad: Float) -> _Passes | None:
 
 
 def _largest_group(values: Float) -> Integer:
-    """Return the largest group of passes that are alike one of them, including this one."""
+    """Return one pass and all passes that are alike it; it is the pass with the most of these."""
     products = values @ values.T
     square = np.maximum(np.diag(products), 1e-300)
     scale = np.sqrt(square[:, np.newaxis] / square)
@@ -181,8 +187,8 @@ def _factor(passes: _Passes, alike: Integer, one_pass: int, step: float) -> _Fac
     sigma = scatter / float(np.sqrt(square))
     if whole * LEAST_EXPLAINED > whole - float(left @ left):
         return None
-    # The noise of the curve makes the slope smaller. If only one pass gives the curve, its noise is
-    # unknown; both passes have the same share of noise if it has the factor.
+    # The noise of the curve makes the slope smaller. If only one pass gives the curve, this noise
+    # is unknown. The ratio of the RMS errors is then the factor, if the noise has this factor too.
     size = slope * square / max(square - (places - 1) * noise / count, 0.5 * square)
     if count == 1:
         size = float(np.sign(slope)) * float(np.sqrt(whole / square))
@@ -217,8 +223,8 @@ def _name(item: _Factor) -> str | None:
 
 
 def _shows_a_sign(passes: _Passes, alike: Integer, item: _Factor) -> bool:
-    """Tell whether a pass has the other sign also without a parabola and the strongest line, which
-    a drift or a line in time may cause."""
+    """Tell whether a pass still has the other sign after a parabola and the strongest line, which a
+    drift or a line in time may cause, are removed."""
     angle = passes.angle_rad
     if angle.size < 2 * LEAST_PLACES:
         return False
@@ -248,8 +254,8 @@ def _separated(
     alike: Integer,
     one_pass: int,
 ) -> bool:
-    """Tell whether a recorded condition, apart from the time, or the direction of the targets
-    separates a pass from the alike passes."""
+    """Tell whether the direction of the targets or a recorded condition (except the time) separates
+    a pass from the alike passes."""
     ways = np.zeros(rows.run.size)
     for own in rows_of:
         ways[own] = np.sign(rows.target_rad[own[-1]] - rows.target_rad[own[0]])
@@ -291,8 +297,8 @@ def _sentences(
         size = float(np.array([item.size for item in items]) @ weights / weights.sum())
         sigma = float(weights.sum() ** -0.5)
         said.append(
-            f"reference, {name}, line {line} of the file on: at {passes.angle_rad.size} places its "
-            f"errors are {size:.4g} (u {sigma:.1g}) times those of the other passes"
+            f"reference, {name}, from line {line} of the file: at {passes.angle_rad.size} places "
+            f"its errors are {size:.4g} (u {sigma:.1g}) times those of the other passes"
             + _reason(_Factor(items[0].one_pass, size, sigma, items[0].scatter_too))
         )
     return said
@@ -301,14 +307,14 @@ def _sentences(
 def _reason(item: _Factor) -> str:
     """Return what the factor shows, and what is expected."""
     unit = _name(item)
-    scatter = ", and so is their scatter" if item.scatter_too else ""
+    scatter = ", and their scatter has the same factor" if item.scatter_too else ""
     asked = "; expected error_arcsec in arcseconds, with one sign, in every row"
     if max(abs(item.size), 1.0 / abs(item.size)) < FAR:
         return f": the sign of error_arcsec is wrong in one of them{asked}"
     smaller = "its" if (abs(item.size) < 1.0) == (unit != "microradians") else "the other"
     sign = ", with the other sign" if item.size < 0.0 else ""
     if unit is None:
-        return f"{scatter}: the unit or the gain is another{sign}{asked}"
+        return f"{scatter}: the unit or the gain differs{sign}{asked}"
     if unit == SURE_FACTORS[1000.0]:
         return f"{scatter}: one unit is 1,000 times the other{sign}{asked}"
     return f"{scatter}: {smaller} errors seem to be in {unit}{sign}{asked}"

@@ -28,22 +28,22 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 LEAST_FREE = 4
-"""Fewest degrees of freedom of the offsets with both effects in the model (runs − 2). With fewer, a
-few offsets that slow noise moves by more than the index resemble two effects."""
+"""Fewest degrees of freedom of the offsets with both effects in the model (runs − 2). With fewer,
+two effects fit offsets that slow noise causes, if it exceeds the repeatability of the index."""
 LEAST_OWN = 0.01
-"""Smallest share of an effect's offsets that the other effect cannot reproduce, as for the
-reference."""
+"""Smallest share of the sum of squares of an effect's offsets that the other effect cannot
+reproduce; the pairs of the reference have the same limit (:mod:`second_run_effect`)."""
 
 
 def second_head_effects(
     residuals: Residuals, items: Sequence[Candidate], tests: float
 ) -> dict[str, SecondRunEffect]:
-    """Return, for each effect of the catalogue that is significant among the runs of a capture only
-    with another effect in the model, the best other effect.
+    """Find the effects of the catalogue that are significant among the runs of a capture only with
+    another effect in the model; return the best other effect of each.
 
-    Both effects must be significant with the other one in the model. The offsets are those of white
-    noise: slow noise that was estimated without the effects would absorb them. An effect that is a
-    constant is not returned with an effect whose zero is unknown
+    Both effects must be significant with the other one in the model. The fit of the offsets has
+    only white noise, because slow noise that was estimated without the effects would absorb them.
+    An effect that is a constant is not returned with an effect whose zero is unknown
     (:attr:`~arctrue.workbench.effects.base.Effect.zero_is_unknown`), because this zero causes a
     constant. ``tests``: number of tests by which p of each effect is corrected.
     """

@@ -33,8 +33,8 @@ LEAST_FREE = 2
 """Fewest degrees of freedom of the offsets with both effects in the model (runs − 3). With
 one degree of freedom, two effects fit all offsets if two runs have the same offset by chance."""
 LEAST_OWN = 0.01
-"""Smallest share of an effect's offsets that the other effect cannot reproduce: with a correlation
-above 0.995 the runs cannot distinguish the two."""
+"""Smallest share of the sum of squares of an effect's offsets that the other effect cannot
+reproduce: with a correlation above 0.995 the runs cannot distinguish the two."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +50,8 @@ class _Shape:
 def second_run_effects(
     residuals: Residuals, items: Sequence[Candidate], tests: float
 ) -> dict[str, SecondRunEffect]:
-    """Return, for each effect of the catalogue that is significant among the runs only with another
-    effect in the model, the best other effect.
+    """Find the effects of the catalogue that are significant among the runs only with another
+    effect in the model; return the best other effect of each.
 
     Both effects must be significant with the other one in the model. The other effects are those of
     the catalogue with one coefficient, every recorded condition as a factor of a constant, and

@@ -184,11 +184,11 @@ class Effect(EffectWithSettings):
     """Whether the effect shifts the axis relative to the heads: their weighted mean does not
     contain it."""
     zero_is_unknown: ClassVar[bool] = False
-    """Whether the value of the condition at which the effect is zero is unknown, so that the effect
-    causes a constant too: the temperature at which the heads have the stated places."""
+    """Whether the effect is zero at an unknown value of its condition; it then also causes a
+    constant. Example: the temperature at which the heads have the stated places is unknown."""
     reversal_of_the_table: ClassVar[str | None] = None
-    """Name of the parameter that is a reversal error of the table against the disc. Both heads are
-    at the disc, so that R₂ − R₁ does not change with the direction."""
+    """Name of the parameter that is a reversal error between table and disc. Both heads read the
+    disc, so that this error does not change R₂ − R₁."""
     fixed_to_polygon: ClassVar[bool] = False
     """Whether the effect moves with the polygon when the polygon is turned on the table by some
     faces."""

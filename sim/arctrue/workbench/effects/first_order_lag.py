@@ -1,4 +1,4 @@
-"""Calculates a recorded condition behind a first-order lag, T_b′ = (T − T_b)/τ."""
+"""Calculates a recorded condition T after a first-order lag: T_b with T_b′ = (T − T_b)/τ."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ Float = NDArray[np.float64]
 
 
 def behind(values: Float, time_s: Float, lag_s: float) -> Float:
-    """Return the condition behind a first-order lag, which begins at rest; values are joined by
-    straight lines."""
+    """Return the condition after a first-order lag. The lag begins in equilibrium with the first
+    value; between the rows, the condition is a straight line."""
     steps = np.diff(time_s)
     kept = np.exp(-steps / lag_s)
     slack = lag_s * np.diff(values) / steps
@@ -23,6 +23,7 @@ def behind(values: Float, time_s: Float, lag_s: float) -> Float:
 
 
 def both_ways(values: Float, time_s: Float, lag_s: float) -> Float:
-    """Return the condition smoothed over the lag's time, as much by later as by earlier rows."""
+    """Return the condition after symmetric smoothing: the mean of a lag forwards in time and a lag
+    backwards in time."""
     back = behind(values[::-1], -time_s[::-1], lag_s)[::-1]
     return 0.5 * (behind(values, time_s, lag_s) + back)

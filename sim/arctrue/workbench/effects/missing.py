@@ -13,7 +13,7 @@ class Lack(Enum):
     """Kind of data that a set lacks."""
 
     CAPTURE = "capture"
-    """A capture of two heads, which the owner of a machine with one reading cannot record."""
+    """A capture of two heads, which a machine with a single head cannot record."""
     KEY = "key"
     """A key of the description, which is not a measurement."""
     MEASUREMENT = "measurement"
@@ -35,8 +35,8 @@ class Missing(str):
 
 
 def lacking_capture(reason: str = "", *, instead: str = "") -> Missing:
-    """Return the words for a lacking capture of two heads; ``instead``: data that would do as
-    well."""
+    """Return the words for a lacking capture of two heads; ``instead``: data that are also
+    sufficient."""
     what = f"{CAPTURE}, or {instead}" if instead else CAPTURE
     return Missing(what, Lack.CAPTURE, reason=reason)
 
@@ -47,10 +47,10 @@ def lacking_key(key: str, further: str = "") -> Missing:
 
 
 def missing_of(item: str) -> Missing:
-    """Return the kind of an entry.
+    """Return an entry of ``Effect.missing`` with its kind.
 
-    An own effect may return plain text; its beginning, as in the entries of this module, then
-    states the kind.
+    A user's effect may return plain text. Its first words then show the kind, if they are those of
+    :func:`lacking_capture` or :func:`lacking_key`.
     """
     if isinstance(item, Missing):
         return item

@@ -43,7 +43,8 @@ class Condition:
     by_direction: bool = False
     """Whether the condition is multiplied by the direction of approach."""
     form: str = ""
-    """Name of the form of the column, one of FORMS; empty for the column itself."""
+    """Name of the form of the column: of FORMS, of SEARCHED_FORMS, or LAG; empty for the column
+    itself."""
     from_run: int | None = None
     """First run of the reference in which the factor is 1, if it is 0 before and 1 from then
     on."""
@@ -184,12 +185,14 @@ def column_condition(column: str, zero: float) -> Condition:
 
 @dataclass(frozen=True)
 class _Form:
-    """A function of a column minus its zero: its public name, words and unit, with the column, the
-    column minus its zero, or the column's unit in braces."""
+    """A function of a column minus its zero."""
 
     part: str
+    """Public name; {0} is the name of the column."""
     words: str
+    """Name for people; {0} is the column minus its zero."""
     unit: str
+    """Unit; {0} is the unit of the column."""
     of: Callable[[Float], Float]
 
 
@@ -209,10 +212,10 @@ SEARCHED_FORMS: Mapping[str, _Form] = {
     "above": _Form("above:{0}", "max(0, {0})", "{0}", lambda values: np.maximum(values, 0.0)),
     "below": _Form("below:{0}", "max(0, −{0})", "{0}", lambda values: np.maximum(-values, 0.0)),
 }
-"""Forms of a column or of the temperature about a zero that a search finds. Examples: a distance
+"""Forms of a column or of the temperature whose zero is found by a search. Examples: a distance
 that is shortest at one temperature; a joint that slips above a torque."""
 LAG = "lag"
-"""Name in the setting ``condition`` of a column behind a first-order lag."""
+"""Value of the setting ``condition`` for a column after a first-order lag."""
 TEMPERATURE_COLUMN = "temperature_c"
 """Column of the temperature, which may have a form like a user's additional column."""
 
@@ -225,9 +228,11 @@ def column_of(rows: Rows, column: str) -> Float | None:
 def form_condition(
     column: str, form: str, zero: float = 0.0, time_constant_s: float | None = None
 ) -> Condition:
-    """Make the condition of a form (of FORMS or SEARCHED_FORMS) of a column minus ``zero``; zero is
-    0 for the column's own zero: without torque, current or wind there is no error. The form LAG is
-    the column behind a first-order lag of ``time_constant_s``.
+    """Make a condition: the form (a name of FORMS or SEARCHED_FORMS) of a column minus ``zero``.
+
+    ``zero`` is 0 if there is no error at the column's own zero, for example without torque, current
+    or wind. The form LAG is the column after a first-order lag of ``time_constant_s``, minus
+    ``zero``.
 
     Raises ValueError for an unknown form.
     """
@@ -262,7 +267,7 @@ def form_condition(
 
 
 def _lag_condition(column: str, zero: float, time_constant_s: float) -> Condition:
-    """Make the condition of a column of the reference behind a first-order lag."""
+    """Make the condition that is a column of the reference after a first-order lag."""
 
     def values(rows: Rows) -> Float | None:
         found = column_of(rows, column)

@@ -112,15 +112,18 @@ class ProductOfParts(Effect):
 
         One of four settings selects the factor. ``condition``: a name of CONDITIONS.
         ``time_constant_s`` > 0: exp(−t/τ), with t from the start of each run (``each_run``) or of
-        the set. ``column``: a column minus ``column_zero``; with it, ``condition`` may be
-        "direction", which multiplies the column by the direction of the reference, a name of FORMS
-        or SEARCHED_FORMS, which replaces the column minus ``column_zero`` by a function of it, or
-        LAG with ``time_constant_s``; the column may then be ``temperature_c``. ``from_run``: 0
-        before this run of the reference, 1 from this run on. ``orders``: an empty list is a
-        constant.
-        ``electrical_head``: 1 to 4 for multiples of that head's electrical phase. ``turned_by``: a
-        column in degrees that is added to the angle of the orders of a reference, or, with a minus
-        in front of its name, subtracted. Raises ValueError for settings that define no product.
+        the set. ``column``: a column minus ``column_zero``. ``from_run``: 0 before this run of the
+        reference, 1 from this run on.
+
+        With ``column``, ``condition`` may be "direction": the column times the direction of the
+        reference. It may also be a name of FORMS or SEARCHED_FORMS (a function of the column minus
+        ``column_zero``), or LAG (the column after a lag of ``time_constant_s``); with these, the
+        column may be ``temperature_c``.
+
+        ``orders``: an empty list is a constant. ``electrical_head``: 1 to 4 for multiples of that
+        head's electrical phase. ``turned_by``: a column in degrees that is added to the angle of
+        the orders of a reference, or, with a minus in front of its name, subtracted. Raises
+        ValueError for settings that define no product.
         """
         super().__init__(**settings)
         said = self.settings
@@ -177,7 +180,7 @@ class ProductOfParts(Effect):
         if self.condition is ALWAYS:
             return ""
         if self.condition.form:
-            return "the firmware loads no lane that follows another form of a column"
+            return "the firmware loads no lane that follows a function or a lag of a column"
         if self.condition.by_direction:
             what = "the time" if self.condition.column is None else "a column"
             return f"the firmware loads no lane that follows {what} and the direction"

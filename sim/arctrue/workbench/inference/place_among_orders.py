@@ -1,7 +1,7 @@
-"""Finds a single station that is off where the model has as many orders as the set has stations.
+"""Finds the error of a single station if the orders of the model fit the errors of all stations.
 
-The orders of the model then explain every error of the stations. An error of one station is also a
-sum of all orders; a curve of few orders and one station has fewer coefficients than many orders.
+The residual then does not show this error, because the error of one station is also a sum of all
+orders. A curve of few orders and one station has fewer coefficients than the model.
 """
 
 from __future__ import annotations
@@ -23,8 +23,11 @@ from arctrue.workbench.inference.visits_of_places import visits_beyond_low_order
 
 
 def place_among_orders(solution: Solution) -> RepeatedError | None:
-    """Return the single station that differs from a curve of low orders in every pass; None if
-    there is none, or if the residual of the model shows the errors of the stations."""
+    """Return the single station that differs from a curve of low orders in every pass.
+
+    None if there is no such station, or if the residual of the model shows the errors of the
+    stations.
+    """
     rows = solution.observations.reference
     if rows is None or solution.observations.capture is not None or len(solution.terms) != 1:
         return None
@@ -37,10 +40,11 @@ def place_among_orders(solution: Solution) -> RepeatedError | None:
 
 def _one_place(visits: Visits, low: int) -> RepeatedError | None:
     """Return the place that explains nearly the whole error beyond the orders 1 to ``low``, and
-    explains it better than any single higher order.
+    explains it better than any single higher order; None if there is no such place.
 
-    Several orders of random sizes are one place to NEARLY_ALL by chance: five orders at 24 stations
-    in one of 200 sets (24 times the p of a squared correlation of 0.9 in nine dimensions).
+    By chance, a sum of orders of random sizes also has the share NEARLY_ALL at one place: the
+    orders 8 to 12 at 24 stations in one of 1,500 sets (24 times the p of a squared correlation of
+    0.9 in nine dimensions).
     """
     test, places = visits.by_place, visits.angle_rad.size
     if test.p >= SURE_P or test.rms_arcsec <= LEAST_REPEATED * test.scatter_arcsec:

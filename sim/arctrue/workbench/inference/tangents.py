@@ -21,7 +21,7 @@ their number is at least this value and less than twice this value. Without a ca
 the reference are used."""
 RELATIVE_CHANGE = 1e-4
 """Relative change of the prediction that a step of the difference quotient should cause; the cubic
-term is then below 1e-8 of the prediction."""
+term is then about 1e-8 of the linear term."""
 
 
 def refined_names(effect: Effect) -> list[str]:

@@ -45,11 +45,11 @@ def visits_of_rows(rows: ReferenceRows) -> Visits | None:
 def visits_beyond_low_orders(
     rows: ReferenceRows, orders: int, noise: RowNoise | None
 ) -> tuple[Visits, int] | None:
-    """Return the visits of stations of whole turns without a curve of the orders 1 to n, and n; n
-    is the largest order that leaves LEAST_LEFT degrees of freedom in each pass.
+    """Return the visits of the stations of a whole turn after a curve of the orders 1 to n is
+    removed, and n, the largest order with which each pass keeps LEAST_LEFT degrees of freedom.
 
-    ``orders``: number of orders of the model. Returns None if the model leaves as many, or if no
-    order does.
+    ``orders``: number of orders of the model. Returns None if it is not larger than n, if n would
+    be 0, or if the stations do not cover the turn.
     """
     usual = visits_of_rows(rows)
     if usual is None or not usual.stations or usual.angle_rad.size < 2:

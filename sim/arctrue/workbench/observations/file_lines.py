@@ -1,4 +1,4 @@
-"""Finds the line in the file of a row that is used."""
+"""Finds the line of the file that contains a row."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 def file_line(used: NDArray[np.int64] | None, row: int) -> int:
-    """Return the line in the file of a row.
+    """Return the line of the file that contains a row.
 
     Parameters
     ----------

@@ -127,7 +127,7 @@ def frozen_rows(rows: ReferenceRows, used: Integer | None) -> list[str]:
         return []
     line, last = file_line(used, start), file_line(used, start + length)
     return [
-        f"reference, rows {line - 2} to {last - 2} of the data, line {line} of the file on: "
+        f"reference, rows {line - 2} to {last - 2} of the data, from line {line} of the file: "
         f"error_arcsec has one value in {length + 1} successive "
         f"rows while target_deg moves; elsewhere {percent(float(others.sum()) / left)} of the rows "
         "equal the row before: the reference or its logger stood still; mask these rows (mask.csv)"
@@ -161,7 +161,7 @@ def saturated_rows(rows: ReferenceRows, used: Integer | None) -> list[str]:
         f"its {'largest' if end else 'smallest'} value in {number} rows" for end, number in ends
     )
     return [
-        f"reference, line {file_line(used, first)} of the file on: error_arcsec has exactly "
+        f"reference, from line {file_line(used, first)} of the file: error_arcsec has exactly "
         f"{said}, {percent(sum(number for _, number in ends) / size)} of the rows; no other value "
         f"occurs in more than {usual}: the instrument is at the limit of its range; align it so "
         "that the error stays within its range, or mask these rows (mask.csv)"

@@ -17,8 +17,10 @@ def since_reversal(
     target_rad: Float, direction: NDArray[np.generic]
 ) -> tuple[Integer, Float, NDArray[np.bool_]]:
     """Return for each row the number of reversals before it, the travel of the targets since the
-    last reversal, and whether this travel is less than that to the second place after every
-    reversal. The travel is in radians; before the first reversal, it starts at the first row.
+    last reversal, and whether this travel is less than the shortest travel from any reversal to
+    the second place after it.
+
+    The travel is in radians; before the first reversal, it starts at the first row.
 
     A step between neighbouring rows counts as the shorter way round the turn, so that targets of 0°
     to 360° may start again at 0°. The way beyond the last target before a reversal is not in the

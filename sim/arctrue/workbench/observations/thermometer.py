@@ -1,10 +1,9 @@
 """Removes the noise of a thermometer from the temperature of the rows of a capture.
 
-The column of a temperature effect is the recorded temperature. White noise of the sensor in this
-column contradicts the effect in every row, so that a fit to many rows prefers an effect of size 0
-to the effect that the means of the runs show (Carroll, Ruppert, Stefanski and Crainiceanu,
-Measurement Error in Nonlinear Models, chapter 4: regression calibration replaces the recorded value
-by its expectation).
+The column of a temperature effect is the recorded temperature. With white noise of the sensor in
+this column, the fit to many rows makes the effect too small, even if the means of the runs show it
+clearly. The remedy is regression calibration, which replaces the recorded value by its expectation
+(Carroll, Ruppert, Stefanski and Crainiceanu, Measurement Error in Nonlinear Models, chapter 4).
 """
 
 from __future__ import annotations
@@ -18,25 +17,26 @@ from arctrue.base.runs import run_spans
 Float = NDArray[np.float64]
 
 LEAST_ROWS = 64
-"""Smallest number of rows of a run whose noise is removed. The share of the noise that remains,
-1/rows with a constant temperature, is then below 2 %."""
+"""Smallest number of rows of a run whose noise is removed. If the temperature is constant, 1/rows
+of the noise variance remains, less than 2 %."""
 LONGEST_STEP_S = 1.0
-"""Longest time between two rows at which a change from row to row is noise of the sensor: parts of
-a table need minutes to follow the temperature of the room."""
+"""Longest median time between rows at which white changes from row to row count as noise of the
+sensor: parts of a table need minutes to follow the temperature of the room."""
 LARGEST_SHARE = 0.25
-"""Largest number of waves of the temperature, as a share of the rows. If more are significant, the
-changes are not white noise, and the column is kept as it is."""
+"""Largest number of kept cosines, as a share of the rows. If more are significant, the changes are
+not white noise, and the run keeps its recorded values."""
 FARTHEST = 6.0
 """Largest distance of a row from the smooth curve, in standard deviations; chance exceeds it once
-in 5·10⁸ rows. A run with such a row is kept as it is, so that a spike is listed as a fault."""
+in 5·10⁸ rows. A run with a larger distance keeps its recorded values, so that the report lists the
+spike as a fault."""
 
 
 def without_sensor_noise(temperature_c: Float, time_s: Float, run: NDArray[np.int64]) -> Float:
     """Return the temperature of each row without the white noise of the thermometer.
 
-    A run's temperature is expanded in cosines over its rows. The slowest of them are kept, as many
-    as Schwarz's criterion (BIC) of a smooth curve in white noise selects: one, the mean, if the
-    temperature of the run is constant.
+    The temperature of a run is expanded in cosines over its rows, and only the slowest cosines are
+    kept. Schwarz's criterion (BIC) selects their number for a smooth curve in white noise. If the
+    temperature is constant, only the mean is kept.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def _smooth(shown_c: Float) -> Float:
     waves = dct(shown_c - mean, norm="ortho")
     square = waves**2
     most = int(LARGEST_SHARE * rows)
-    # Sum of the squares that remain if the first 1, 2, … waves are kept.
+    # Sum of the squares that remain if the first 1, 2, … cosines are kept.
     left = np.cumsum(square[::-1])[::-1][1 : most + 1]
     if left[-1] <= np.finfo(np.float64).eps * rows * max(mean**2, 1.0):
         return shown_c

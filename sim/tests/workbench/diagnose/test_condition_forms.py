@@ -1,5 +1,5 @@
-"""Tests errors that follow a recorded condition about a place of its range or behind a lag: they
-are described by this condition, and none is called a line in time."""
+"""Tests that an error which follows a function or a lag of a recorded condition is described by
+this condition and never called a line in time."""
 
 from __future__ import annotations
 

@@ -143,8 +143,9 @@ def test_a_torque_that_repeats_with_the_angle_is_described_by_its_column(seed: i
     found = diagnose(observations_of(MeasurementSet(Table(), None, reference)), [_base()], EFFECTS)
     assert found.described is not None
     assert found.described.effect.parts == ["load_nm", "reference"]
-    # White noise: u = 1″ divided by the root of the sum of squares of the part of the column that
-    # the model does not explain, 40 % of sum(load²) = 216 · 83 N²m².
+    # White noise of 1″: u is 1″ divided by the root of a sum of squares, that of the part of the
+    # column that the model does not explain. This part is 40 % of sum(load²), which is
+    # 216 · 83 N²m².
     size = found.described.parameters()["size"]
     assert size.value == pytest.approx(1.2, abs=4.0 / np.sqrt(0.4 * 216 * 83))
     assert "another load_nm" in (found.next_measurement or "")

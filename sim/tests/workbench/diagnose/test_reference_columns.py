@@ -93,7 +93,8 @@ def test_a_sensor_that_stands_while_the_table_moves_is_bad_data(rows: int) -> No
     found = diagnosis_of(MeasurementSet(Table(), None, made))
     assert found.verdict == "bad_data"
     (said,) = _faults(made)
-    assert said.startswith(f"reference, rows 400 to {399 + rows} of the data, line 402 of the file")
+    place = f"reference, rows 400 to {399 + rows} of the data, from line 402 of the file"
+    assert said.startswith(place)
     assert f"one value in {rows} successive rows" in said
 
 

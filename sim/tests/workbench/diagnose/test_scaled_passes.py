@@ -63,7 +63,7 @@ def _faults(measurement: MeasurementSet) -> list[str]:
         (np.pi / 648.0, "its errors seem to be in milliradians"),
         (np.pi / 0.648, "its errors seem to be in microradians"),
         (0.001, "one unit is 1,000 times the other"),
-        (1.0 / 7.3, "the unit or the gain is another"),
+        (1.0 / 7.3, "the unit or the gain differs"),
         (-1.0 / 60.0, "its errors seem to be in arcminutes, with the other sign"),
         (-1.0, "the sign of error_arcsec is wrong in one of them"),
     ],
@@ -73,7 +73,7 @@ def test_one_of_five_runs(factor: float, words: str, seed: int) -> None:
     errors = _noisy(5, seed)
     errors[2] *= factor
     (found,) = _faults(_set(errors))
-    assert found.startswith(f"reference, run 2, line {2 * STATIONS + 2} of the file on")
+    assert found.startswith(f"reference, run 2, from line {2 * STATIONS + 2} of the file")
     assert words in found
     said = found.partition("its errors are ")[2].partition(" times")[0]
     size, _, sigma = said.rstrip(")").partition(" (u ")

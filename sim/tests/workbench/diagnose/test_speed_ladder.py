@@ -24,9 +24,11 @@ NOISE, STEP_S = 0.3, 0.6
 def _ladder(
     of_speed: Callable[[float], float], seed: int, zeros: float = 0.0, standing: int = 0
 ) -> Diagnosis:
-    """Diagnose whole turns up and down at five speeds, twice, with an offset of each run and the
-    scatter ``zeros`` of the runs' zeros. ``standing``: number of readings of a further run at
-    standstill."""
+    """Diagnose a reference with two runs of one turn at each of five speeds in each direction.
+
+    The offset of a run is a function of its speed plus a random zero with the standard deviation
+    ``zeros``. ``standing``: number of readings of a further run at standstill.
+    """
     random = np.random.default_rng(seed)
     pieces, start_s, start_deg = [], 0.0, 0.0
     speeds = [sign * speed for _ in range(2) for speed in SPEEDS_DEG_S for sign in (1.0, -1.0)]
@@ -77,7 +79,8 @@ def test_a_reversal_above_a_speed_is_no_delay(seed: int) -> None:
     assert "do not grow in proportion to the speed" in (found.decision.unlike or "")
     said = " ".join(found.detections.sentences())
     assert "its own zero" not in said
-    # The offsets at the speeds 24 and 32°/s are 2″; the mean of 50 readings of 0.3″ has u = 0.04″.
+    # The offsets at the speeds 24 and 32°/s are 2″; the mean of 50 readings with
+    # 0.3″ of noise has u = 0.04″.
     values = re.search(r"±\((.*)\) at 4, 8, 16, 24, 32°/s", found.decision.unlike or "")
     assert values is not None
     offsets = [float(one.strip("″").replace("−", "-")) for one in values[1].split(", ")]
@@ -92,8 +95,8 @@ def test_a_run_at_standstill_does_not_make_a_delay_of_it() -> None:
 
 @pytest.mark.parametrize(("power", "seed"), [(2.0, 1), (0.5, 2)])
 def test_a_power_of_the_speed_is_no_delay(power: float, seed: int) -> None:
-    """The offset is 5″ at 32°/s. A straight line and a step leave 0.39″ RMS of the square of the
-    speed, and 0.2″ of its root."""
+    """The offset is 5″ at 32°/s. If a straight line and a step are fitted, 0.39″ RMS remain of an
+    offset with the square of the speed, and 0.15″ RMS of an offset with its root."""
     found = _ladder(lambda speed: 5.0 * np.sign(speed) * (abs(speed) / 32.0) ** power, seed)
     assert found.verdict == "unknown"
     assert found.named is None
@@ -138,8 +141,8 @@ def test_a_delay_and_a_reversal_error_are_both_named() -> None:
 
 
 def test_zeros_of_runs_at_speeds_of_one_direction_follow_no_speed() -> None:
-    """A speed with a single run fits any offset, so that the zero of this run is no error of the
-    speed."""
+    """If a speed has only one run, any zero of this run agrees with an error of this speed. Such
+    runs are therefore no evidence of an error that follows the speed."""
     zeros = {2.0: 40.0, 3.0: -7.0, 4.0: 4.0, 5.0: 19.0}
     speeds = [1.0, -1.0] * 3 + list(zeros)
     rows = 60
