@@ -307,7 +307,7 @@ def line_in_each_run(solution: Solution, hz: float) -> Oscillation | None:
     """Return a line of the reference near a frequency if it keeps its phase only within each run;
     None otherwise.
 
-    One phase for all runs makes such a line two lines, at other frequencies.
+    A fit with one phase for all runs describes such a line as two lines at other frequencies.
     """
     longest = longest_stretch(solution)
     if longest is None:
