@@ -14,6 +14,7 @@ from scipy.ndimage import median_filter
 from arctrue.base.percent import percent
 from arctrue.base.runs import run_spans
 from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.calibration.opposite_heads import opposite_runs, said_of
 from arctrue.workbench.diagnose.scaled_passes import scaled_passes
 from arctrue.workbench.diagnose.wrapped_counter import wraps_of
 from arctrue.workbench.observations import CaptureRows, Observations
@@ -74,6 +75,11 @@ def data_faults(observations: Observations) -> list[str]:
         found += wrapped
         if wrapped:
             # The jumps of the counter falsify the angle between the heads and the steps.
+            continue
+        opposite = _opposite_heads(rows, observations)
+        found += opposite
+        if opposite:
+            # R₂ − R₁ is then no angle between the heads.
             continue
         found += _separation_fault(rows)
         spans = run_spans(rows.run)
@@ -143,6 +149,16 @@ def _wrapped_counters(rows: CaptureRows | StoredCapture, observations: Observati
             "continue from row to row, or start anew at counts_per_rev"
         )
     return found
+
+
+def _opposite_heads(rows: CaptureRows | StoredCapture, observations: Observations) -> list[str]:
+    """Describe the fault if the heads of a pair count in opposite directions."""
+    counts_per_rev = float(observations.counts_per_rev or 1)
+    reading, other = _readings(rows, slice(None), counts_per_rev / (2.0 * np.pi))
+    opposite = opposite_runs(reading, other, rows.run, counts_per_rev)
+    if not opposite:
+        return []
+    return [f"capture: {said_of(rows.head, opposite, len(run_spans(rows.run)))}"]
 
 
 def _readings(
