@@ -18,7 +18,11 @@ from arctrue.workbench.diagnose.coverage import Coverage, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults, too_short
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.detections import Detections
-from arctrue.workbench.diagnose.equal_descriptions import equal_description, to_separate
+from arctrue.workbench.diagnose.equal_descriptions import (
+    also_to_separate,
+    equal_descriptions,
+    to_separate,
+)
 from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.grounds import Grounds
@@ -103,8 +107,9 @@ class Diagnosis:
     """Scatter of the runs' offsets beyond the known index, if nothing was found."""
     directions: DirectionDifference | None = None
     """Difference of the runs' offsets between the directions, if nothing was found."""
-    equal: Candidate | None = None
-    """The product with another condition that describes an unknown error as well."""
+    equals: Sequence[Candidate] = ()
+    """The products with another condition that describe the error as well as
+    :attr:`described`."""
     slopes: SlopesOfPasses | None = None
     """Slopes over the angle by which the passes over an arc differ, if nothing was found."""
     detections: Detections = field(default_factory=Detections)
@@ -291,6 +296,10 @@ def _with_the_found(
             fast=left.fast if detections.fast else (),
             drift=left.drift if detections.drift is not None else None,
         )
+    first = found.decision.first
+    if first is not None and found.verdict == "ambiguous" and case.with_best is not None:
+        # With passes in one direction, an even drift is the same ramp over the angle in each pass.
+        return replace(detections, places=case.with_best.survey.detections.places)
     if item is None or detections.empty or case.with_best is None:
         return detections
     if item.regular is not None and detections.places is not None:
@@ -436,10 +445,12 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         measurement = NextMeasurement(slopes.next_measurement(), None)
     if case is None:
         return Diagnosis(observations, base, found, probability, measurement)
-    candidates, equal = case.ranked, None
-    if found.described is not None and found.verdict == "unknown":
-        equal = equal_description(found.described, case.survey.residuals, NEAR_TIE)
-        measurement = measurement if equal is None else to_separate(found.described, equal)
+    candidates, equals = case.ranked, _equals(found, case)
+    if found.described is not None and equals:
+        if found.verdict == "ambiguous":
+            measurement = also_to_separate(measurement, found.described, equals)
+        else:
+            measurement = to_separate(found.described, equals)
     if found.described is not None:
         found = replace(found, described=_sharpened(found.described))
     if found.effect_class:
@@ -461,10 +472,20 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         grounds=facts.grounds(found),
         index_scatter=scatter,
         directions=directions,
-        equal=equal,
+        equals=equals,
         slopes=slopes,
         detections=Detections(places=place),
     )
+
+
+def _equals(found: Decision, case: Case) -> list[Candidate]:
+    """Return the products with another condition that describe the error as well as the described
+    product, without those that are an effect of the class."""
+    if found.described is None or found.verdict not in ("unknown", "ambiguous"):
+        return []
+    named = [set(item.effect.in_parts) for item in case.ranked if item.name in found.effect_class]
+    equals = equal_descriptions(found.described, case.survey.residuals, NEAR_TIE)
+    return [item for item in equals if set(item.effect.parts) not in named]
 
 
 def _with_further(found: Decision) -> Solution | None:

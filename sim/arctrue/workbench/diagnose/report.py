@@ -154,12 +154,12 @@ def _not_searched(result: Diagnosis) -> list[str]:
 
 
 def _equal(result: Diagnosis) -> list[str]:
-    """Return a sentence on another condition that describes the error equally well."""
-    item = result.equal
-    if item is None:
-        return []
-    words = item.effect.describe(item.parameters())
-    return [f"Another condition, with a fitted zero, describes the error equally well: {words}."]
+    """Return a sentence on each other condition that describes the error equally well."""
+    return [
+        "Another condition, with a fitted zero, describes the error equally well: "
+        f"{item.effect.describe(item.parameters())}."
+        for item in result.equals
+    ]
 
 
 def _further_with_description(result: Diagnosis) -> list[str]:
@@ -399,6 +399,7 @@ def _undecided(result: Diagnosis) -> list[str]:
         said.append(
             f"A description that is not in the catalogue fits equally well: {result.description}."
         )
+        said += _equal(result)
     return said
 
 
