@@ -453,6 +453,11 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
             measurement = to_separate(found.described, equals)
     if found.described is not None:
         found = replace(found, described=_sharpened(found.described))
+    if found.a_part and found.resembles is not None and found.described is not None:
+        # Both parts are in the model of the description, so that neither counts as noise.
+        part = replace(found.resembles, with_further=found.described.solution)
+        candidates = [part, *(item for item in candidates if item is not found.resembles)]
+        found = replace(found, resembles=part)
     if found.effect_class:
         first = replace(_sharpened(candidates[0]), with_further=_with_further(found))
         candidates = [first, *candidates[1:]]

@@ -67,6 +67,15 @@ def sentences(result: Diagnosis) -> list[str]:
         said += _further_size(result)
     elif result.verdict == "ambiguous":
         said = [*_undecided(result), *_aliased(result), *_further_line(result)]
+    elif result.decision.a_part and result.decision.resembles is not None:
+        part = result.decision.resembles
+        size = part.effect.describe_values(part.parameters()) or size_sentence(part)
+        said = [
+            f"No known effect explains the whole error: {part.name} explains a part of it.",
+            *([size] if size else []),
+            f"With {part.name} in the model, an unknown error of about its size remains: "
+            f"{result.description}.",
+        ]
     elif result.decision.resembles is not None:
         said = [
             "None of the known effects fits. The error resembles "
