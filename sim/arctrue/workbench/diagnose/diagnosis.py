@@ -227,6 +227,8 @@ def diagnose(
     second = _second(found.decision, left) if found.verdict == "named" else None
     period = signal_period(found.named, tried.untestable, effects)
     detections = _with_the_found(detections, found, case, effects)
+    if case.best is not None and found.decision.first is not None:
+        detections = detections.with_other(case.best.regular, found.decision.first.regular)
     detections = _once(
         detections, found.decision.oscillation or detections.oscillation, observations
     )
@@ -459,7 +461,7 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         candidates = [part, *(item for item in candidates if item is not found.resembles)]
         found = replace(found, resembles=part)
     if found.effect_class:
-        first = replace(_sharpened(candidates[0]), with_further=_with_further(found))
+        first = _as_fitted(replace(_sharpened(candidates[0]), with_further=_with_further(found)))
         candidates = [first, *candidates[1:]]
         found = replace(found, first=candidates[0])
     return Diagnosis(
@@ -505,6 +507,19 @@ def _with_further(found: Decision) -> Solution | None:
             break
         last, further = further.first, further.further
     return None if last is None else on_every_row(last.at_maximum)
+
+
+def _as_fitted(item: Candidate) -> Candidate:
+    """Return the candidate with the search parameters, and the regular cause, of the model that
+    also has the further effects, so that all sentences state the same values."""
+    if item.with_further is not None:
+        place = len(item.solution.terms) - 1
+        item = replace(item, nonlinear=item.with_further.terms[place].nonlinear)
+    if item.regular is None:
+        return item
+    amplitude = item.parameters().get("amplitude")
+    size = None if amplitude is None else amplitude.value
+    return replace(item, regular=item.regular.fitted(item.nonlinear, size))
 
 
 MOST_OF_NONE = 0.5

@@ -61,9 +61,9 @@ def sentences(result: Diagnosis) -> list[str]:
         said.append(_compensation(result.named))
         more = _explains_more(result)
         if more is not None:
-            said.append(
-                f"{more} explains a further part. Add {result.named.name} and diagnose again."
-            )
+            name = result.named.name
+            which, first = ("A second ", "the first") if more == name else ("", name)
+            said.append(f"{which}{more} explains a further part. Add {first} and diagnose again.")
         said += _further_size(result)
     elif result.verdict == "ambiguous":
         said = [*_undecided(result), *_aliased(result), *_further_line(result)]
