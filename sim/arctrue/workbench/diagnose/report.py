@@ -62,8 +62,8 @@ def sentences(result: Diagnosis) -> list[str]:
         more = _explains_more(result)
         if more is not None:
             name = result.named.name
-            which, first = ("A second ", "the first") if more == name else ("", name)
-            said.append(f"{which}{more} explains a further part. Add {first} and diagnose again.")
+            which, added = ("A second ", "the first") if more == name else ("", name)
+            said.append(f"{which}{more} explains a further part. Add {added} and diagnose again.")
         said += _further_size(result)
     elif result.verdict == "ambiguous":
         said = [*_undecided(result), *_aliased(result), *_further_line(result)]
