@@ -16,6 +16,7 @@ from arctrue.base.runs import run_spans
 from arctrue.base.units import RAD_PER_ARCSEC
 from arctrue.calibration.opposite_heads import opposite_runs, said_of
 from arctrue.workbench.diagnose.scaled_passes import scaled_passes
+from arctrue.workbench.diagnose.scaled_reference import scaled_reference
 from arctrue.workbench.diagnose.wrapped_counter import wraps_of
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.file_lines import file_line
@@ -102,7 +103,7 @@ def data_faults(observations: Observations) -> list[str]:
         # outliers.
         limits = saturated_rows(stations, observations.used_reference_rows)
         found += limits or frozen_rows(stations, observations.used_reference_rows)
-        found += scaled_passes(observations)
+        found += scaled_passes(observations) or scaled_reference(observations)
     found += [
         f"{channel}: {percent(share)} of the rows are outliers, each far from the rows around it; "
         f"at most {percent(MOST_SHARE)} are left out as single wrong rows"
