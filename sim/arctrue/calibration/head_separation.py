@@ -18,7 +18,9 @@ from typing import Literal
 
 import numpy as np
 
+from arctrue.base.runs import run_spans
 from arctrue.base.units import ARCSEC_PER_RAD, RAD_PER_ARCSEC, rad_per_count
+from arctrue.calibration.opposite_heads import opposite_runs, said_of
 from arctrue.measurement import MeasurementSet
 
 Choice = Literal["measured", "nominal", "harmonics"]
@@ -118,8 +120,8 @@ def doubts(nominal_rad: float, measured_rad: float) -> str | None:
 
 
 def doubts_of(measurement: MeasurementSet) -> list[str]:
-    """Return the calibration's warning about an implausible head separation, which no effect can
-    explain."""
+    """Return the calibration's warning about heads that count in opposite directions, or about an
+    implausible head separation. No effect can explain either."""
     capture, table = measurement.capture, measurement.table
     if (
         capture is None
@@ -128,6 +130,12 @@ def doubts_of(measurement: MeasurementSet) -> list[str]:
         or table.head_separation_deg is None
     ):
         return []
+    opposite = opposite_runs(
+        capture.head1_counts, capture.head2_counts, capture.run, table.counts_per_rev
+    )
+    if opposite:
+        # The mean of R₂ − R₁ is then no angle between the heads.
+        return [said_of(2, opposite, len(run_spans(capture.run)))]
     nominal_rad = math.radians(table.head_separation_deg)
     counts = float(np.mean(capture.head2_counts - capture.head1_counts))
     # The heads' counters may differ by whole turns, so only the fraction of a turn has a meaning.

@@ -113,6 +113,12 @@ def _takes_its_error(other: Candidate, best: Candidate) -> bool:
     return _gain_with(other, best)[0] <= (1.0 - LEAST_SHARE) * best.gain
 
 
+def is_apart(item: Candidate, other: Candidate) -> bool:
+    """Tell whether ``item`` loses less than OF_THE_SAME_KIND of its gain if ``other`` is in the
+    model."""
+    return _gain_with(other, item)[0] > (1.0 - OF_THE_SAME_KIND) * item.gain
+
+
 def lead(item: Candidate, other: Candidate) -> float:
     """Return twice the log of the evidence of ``item`` divided by the evidence of ``other``.
 

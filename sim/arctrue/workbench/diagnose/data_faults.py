@@ -14,7 +14,9 @@ from scipy.ndimage import median_filter
 from arctrue.base.percent import percent
 from arctrue.base.runs import run_spans
 from arctrue.base.units import RAD_PER_ARCSEC
+from arctrue.calibration.opposite_heads import opposite_runs, said_of
 from arctrue.workbench.diagnose.scaled_passes import scaled_passes
+from arctrue.workbench.diagnose.scaled_reference import scaled_reference
 from arctrue.workbench.diagnose.wrapped_counter import wraps_of
 from arctrue.workbench.observations import CaptureRows, Observations
 from arctrue.workbench.observations.file_lines import file_line
@@ -75,6 +77,11 @@ def data_faults(observations: Observations) -> list[str]:
         if wrapped:
             # The jumps of the counter falsify the angle between the heads and the steps.
             continue
+        opposite = _opposite_heads(rows, observations)
+        found += opposite
+        if opposite:
+            # R₂ − R₁ is then no angle between the heads.
+            continue
         found += _separation_fault(rows)
         spans = run_spans(rows.run)
         for run, (start, end) in enumerate(spans):
@@ -96,7 +103,7 @@ def data_faults(observations: Observations) -> list[str]:
         # outliers.
         limits = saturated_rows(stations, observations.used_reference_rows)
         found += limits or frozen_rows(stations, observations.used_reference_rows)
-        found += scaled_passes(observations)
+        found += scaled_passes(observations) or scaled_reference(observations)
     found += [
         f"{channel}: {percent(share)} of the rows are outliers, each far from the rows around it; "
         f"at most {percent(MOST_SHARE)} are left out as single wrong rows"
@@ -143,6 +150,16 @@ def _wrapped_counters(rows: CaptureRows | StoredCapture, observations: Observati
             "continue from row to row, or start anew at counts_per_rev"
         )
     return found
+
+
+def _opposite_heads(rows: CaptureRows | StoredCapture, observations: Observations) -> list[str]:
+    """Describe the fault if the heads of a pair count in opposite directions."""
+    counts_per_rev = float(observations.counts_per_rev or 1)
+    reading, other = _readings(rows, slice(None), counts_per_rev / (2.0 * np.pi))
+    opposite = opposite_runs(reading, other, rows.run, counts_per_rev)
+    if not opposite:
+        return []
+    return [f"capture: {said_of(rows.head, opposite, len(run_spans(rows.run)))}"]
 
 
 def _readings(

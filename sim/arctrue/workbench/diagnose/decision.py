@@ -37,6 +37,9 @@ class Decision:
     """Effect of the catalogue that the unknown effect resembles."""
     unlike: str | None = None
     """Reason why the unknown effect is not the effect in ``resembles``."""
+    a_part: bool = False
+    """True if the effect in ``resembles`` explains a part of the unknown error: it keeps its gain
+    with ``described``, which is then the remaining part, in the model."""
     undescribed_arcsec: Mapping[str, float] = field(default_factory=dict)
     """RMS of the residual beyond the noise, by channel, if neither an effect nor a product of parts
     explains this error."""

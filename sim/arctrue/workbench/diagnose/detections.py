@@ -112,6 +112,17 @@ class RegularCause:
             ],
         }
 
+    def fitted(self, nonlinear: Nonlinear, amplitude_arcsec: float | None) -> RegularCause:
+        """Return the cause with the rate and the amplitude of a fit in place of those of the
+        search, if it is one line of unknown order; the search fits fewer effects together."""
+        if len(self.lines) != 1 or self.lines[0].multiple is not None:
+            return self
+        rate = nonlinear["frequency" if self.in_time else "order"]
+        (line,) = self.lines
+        amplitude = line.amplitude_arcsec if amplitude_arcsec is None else amplitude_arcsec
+        line = replace(line, rate=rate, amplitude_arcsec=amplitude)
+        return replace(self, nonlinear=nonlinear, lines=(line,))
+
     def words(self) -> str:
         """Return the cause's name, the error that it explains and its lines, the largest first."""
         lines = ", ".join(
@@ -216,6 +227,12 @@ class Detections:
     def without(self, one: RegularCause | None) -> Detections:
         """Return the detections without one of the causes, which is in the model."""
         return replace(self, causes=tuple(item for item in self.causes if item is not one))
+
+    def with_other(self, one: RegularCause | None, other: RegularCause | None) -> Detections:
+        """Return the detections with ``other`` in place of ``one`` of the causes."""
+        if one is None or other is None:
+            return self
+        return replace(self, causes=tuple(other if item is one else item for item in self.causes))
 
     def searched(self, nonlinear: Nonlinear) -> bool:
         """Tell whether the search covered this order or frequency, so that a line there would be a

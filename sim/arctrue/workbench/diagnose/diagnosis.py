@@ -18,7 +18,11 @@ from arctrue.workbench.diagnose.coverage import Coverage, coverage
 from arctrue.workbench.diagnose.data_faults import data_faults, too_short
 from arctrue.workbench.diagnose.decision import Decision, Verdict
 from arctrue.workbench.diagnose.detections import Detections
-from arctrue.workbench.diagnose.equal_descriptions import equal_description, to_separate
+from arctrue.workbench.diagnose.equal_descriptions import (
+    also_to_separate,
+    equal_descriptions,
+    to_separate,
+)
 from arctrue.workbench.diagnose.evidence import described_above, survey
 from arctrue.workbench.diagnose.facts import Facts
 from arctrue.workbench.diagnose.grounds import Grounds
@@ -103,8 +107,9 @@ class Diagnosis:
     """Scatter of the runs' offsets beyond the known index, if nothing was found."""
     directions: DirectionDifference | None = None
     """Difference of the runs' offsets between the directions, if nothing was found."""
-    equal: Candidate | None = None
-    """The product with another condition that describes an unknown error as well."""
+    equals: Sequence[Candidate] = ()
+    """The products with another condition that describe the error as well as
+    :attr:`described`."""
     slopes: SlopesOfPasses | None = None
     """Slopes over the angle by which the passes over an arc differ, if nothing was found."""
     detections: Detections = field(default_factory=Detections)
@@ -222,6 +227,8 @@ def diagnose(
     second = _second(found.decision, left) if found.verdict == "named" else None
     period = signal_period(found.named, tried.untestable, effects)
     detections = _with_the_found(detections, found, case, effects)
+    if case.best is not None and found.decision.first is not None:
+        detections = detections.with_other(case.best.regular, found.decision.first.regular)
     detections = _once(
         detections, found.decision.oscillation or detections.oscillation, observations
     )
@@ -291,6 +298,10 @@ def _with_the_found(
             fast=left.fast if detections.fast else (),
             drift=left.drift if detections.drift is not None else None,
         )
+    first = found.decision.first
+    if first is not None and found.verdict == "ambiguous" and case.with_best is not None:
+        # With passes in one direction, an even drift is the same ramp over the angle in each pass.
+        return replace(detections, places=case.with_best.survey.detections.places)
     if item is None or detections.empty or case.with_best is None:
         return detections
     if item.regular is not None and detections.places is not None:
@@ -436,14 +447,21 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         measurement = NextMeasurement(slopes.next_measurement(), None)
     if case is None:
         return Diagnosis(observations, base, found, probability, measurement)
-    candidates, equal = case.ranked, None
-    if found.described is not None and found.verdict == "unknown":
-        equal = equal_description(found.described, case.survey.residuals, NEAR_TIE)
-        measurement = measurement if equal is None else to_separate(found.described, equal)
+    candidates, equals = case.ranked, _equals(found, case)
+    if found.described is not None and equals:
+        if found.verdict == "ambiguous":
+            measurement = also_to_separate(measurement, found.described, equals)
+        else:
+            measurement = to_separate(found.described, equals)
     if found.described is not None:
         found = replace(found, described=_sharpened(found.described))
+    if found.a_part and found.resembles is not None and found.described is not None:
+        # Both parts are in the model of the description, so that neither counts as noise.
+        part = replace(found.resembles, with_further=found.described.solution)
+        candidates = [part, *(item for item in candidates if item is not found.resembles)]
+        found = replace(found, resembles=part)
     if found.effect_class:
-        first = replace(_sharpened(candidates[0]), with_further=_with_further(found))
+        first = _as_fitted(replace(_sharpened(candidates[0]), with_further=_with_further(found)))
         candidates = [first, *candidates[1:]]
         found = replace(found, first=candidates[0])
     return Diagnosis(
@@ -461,10 +479,20 @@ def _stated(observations: Observations, base: Solution | None, facts: Facts) -> 
         grounds=facts.grounds(found),
         index_scatter=scatter,
         directions=directions,
-        equal=equal,
+        equals=equals,
         slopes=slopes,
         detections=Detections(places=place),
     )
+
+
+def _equals(found: Decision, case: Case) -> list[Candidate]:
+    """Return the products with another condition that describe the error as well as the described
+    product, without those that are an effect of the class."""
+    if found.described is None or found.verdict not in ("unknown", "ambiguous"):
+        return []
+    named = [set(item.effect.in_parts) for item in case.ranked if item.name in found.effect_class]
+    equals = equal_descriptions(found.described, case.survey.residuals, NEAR_TIE)
+    return [item for item in equals if set(item.effect.parts) not in named]
 
 
 def _with_further(found: Decision) -> Solution | None:
@@ -479,6 +507,19 @@ def _with_further(found: Decision) -> Solution | None:
             break
         last, further = further.first, further.further
     return None if last is None else on_every_row(last.at_maximum)
+
+
+def _as_fitted(item: Candidate) -> Candidate:
+    """Return the candidate with the search parameters, and the regular cause, of the model that
+    also has the further effects, so that all sentences state the same values."""
+    if item.with_further is not None:
+        place = len(item.solution.terms) - 1
+        item = replace(item, nonlinear=item.with_further.terms[place].nonlinear)
+    if item.regular is None:
+        return item
+    amplitude = item.parameters().get("amplitude")
+    size = None if amplitude is None else amplitude.value
+    return replace(item, regular=item.regular.fitted(item.nonlinear, size))
 
 
 MOST_OF_NONE = 0.5

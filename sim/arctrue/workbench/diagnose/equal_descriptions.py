@@ -5,6 +5,7 @@ If a load rises from run to run, the error may grow with the load or with the ti
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,11 +26,11 @@ from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.residuals import Residuals
 
 
-def equal_description(
+def equal_descriptions(
     described: Candidate, residuals: Residuals, near_tie: float
-) -> Candidate | None:
-    """Return the product with another condition that describes the same error as well; the most
-    probable, if there are several, and None if the rows separate the conditions.
+) -> list[Candidate]:
+    """Return the products with another condition that describe the same error as well, the most
+    probable first; an empty list if the rows separate the conditions.
 
     The zero of every condition is fitted: the error of a load is zero at 0 N·m, the error of a
     drift at the start, and only this constant would distinguish the two. Twice the log likelihoods
@@ -37,7 +38,7 @@ def equal_description(
     """
     effect = described.effect
     if not isinstance(effect, ProductOfParts) or not effect.condition.part or effect.turned_by:
-        return None
+        return []
     base = residuals if described.evidence is None else described.evidence.base
     condition = effect.condition
     zero = _with(effect, CONDITIONS["direction"] if condition.by_direction else ALWAYS)
@@ -58,7 +59,7 @@ def equal_description(
             continue
         solution = free.solution_with(form, {}, there)
         found.append((there.gain, replace(described, effect=form, nonlinear={}, solution=solution)))
-    return max(found, key=lambda item: item[0], default=(0.0, None))[1]
+    return [item for _, item in sorted(found, key=lambda item: -item[0])]
 
 
 def _with(effect: ProductOfParts, condition: Condition) -> ProductOfParts:
@@ -76,16 +77,50 @@ def _others(condition: Condition, residuals: Residuals) -> list[Condition]:
     return [item for item in found if item.part != condition.part]
 
 
-def to_separate(described: Candidate, other: Candidate) -> NextMeasurement:
-    """Return the measurement that separates the conditions of two equal descriptions."""
-    first, second = (_part(item) for item in (described, other))
-    if second == "time":
-        first, second = second, first
+def to_separate(described: Candidate, equals: Sequence[Candidate]) -> NextMeasurement:
+    """Return the measurement that separates the conditions of equal descriptions."""
+    parts = _parts([described, *equals])
+    first, *others = parts
+    together = "it" if len(others) == 1 else "they"
+    second = _listed(others)
     if first in ("time", "settling"):
         how = f"the same runs once more with {second} in another order, for example falling"
-    else:
+        if len(others) > 1:
+            how = f"the same runs once more with {second} in other orders, each in its own"
+    elif len(others) == 1:
         how = f"the same runs once more with {second} held while {first} changes, or the reverse"
-    return NextMeasurement(f"{how}: in this set it changed together with the {first}", None)
+    else:
+        how = f"the same runs once more, in which only one of {_listed(parts)} changes at a time"
+    return NextMeasurement(f"{how}: in this set {together} changed together with the {first}", None)
+
+
+def also_to_separate(
+    measurement: NextMeasurement | None, described: Candidate, equals: Sequence[Candidate]
+) -> NextMeasurement | None:
+    """Return the measurement for the first effect of a class and ``described``, with what separates
+    ``described`` from its equals."""
+    first, *others = [part for part in _parts([described, *equals]) if part != "time"] or [""]
+    if not others:
+        return measurement
+    if measurement is None:
+        return to_separate(described, equals)
+    order = "another order" if len(others) == 1 else "other orders"
+    words = (
+        f"{measurement.words}; with {_listed(others)} in {order}, it also separates "
+        f"{_listed(others)} from {first}"
+    )
+    return replace(measurement, words=words)
+
+
+def _parts(found: Sequence[Candidate]) -> list[str]:
+    """Return the conditions of descriptions, each once: the time first, then the temperature, which
+    cannot follow any order."""
+    parts = dict.fromkeys(_part(item) for item in found)
+    return sorted(parts, key=lambda part: (part != "time", part != "temperature"))
+
+
+def _listed(parts: Sequence[str]) -> str:
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"
 
 
 def _part(item: Candidate) -> str:

@@ -16,6 +16,7 @@ import numpy as np
 from arctrue.measurement.asked import MORE_TURNS, WARMER_K
 from arctrue.workbench.diagnose.candidate import Candidate
 from arctrue.workbench.diagnose.planned import PLANS, PlannedMeasurement
+from arctrue.workbench.diagnose.swept_columns import swept_range
 from arctrue.workbench.effects.base import Nonlinear
 from arctrue.workbench.effects.part_conditions import TRAVEL
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
@@ -288,6 +289,13 @@ def measurement_for_parts(product: ProductOfParts, observations: Observations) -
     if product.condition.from_run is not None:
         return LOOK_AT_THE_STAND
     if product.condition.column is not None:
+        swept = swept_range(product.condition.column, observations)
+        if swept is not None:
+            return NextMeasurement(
+                f"the same measurement with {product.condition.column_words} outside {swept}: "
+                "within this range the set shows already that the error follows it",
+                None,
+            )
         return NextMeasurement(
             f"the same measurement with another {product.condition.column_words}, all else equal: "
             "the error changes with it",

@@ -61,12 +61,21 @@ def sentences(result: Diagnosis) -> list[str]:
         said.append(_compensation(result.named))
         more = _explains_more(result)
         if more is not None:
-            said.append(
-                f"{more} explains a further part. Add {result.named.name} and diagnose again."
-            )
+            name = result.named.name
+            which, added = ("A second ", "the first") if more == name else ("", name)
+            said.append(f"{which}{more} explains a further part. Add {added} and diagnose again.")
         said += _further_size(result)
     elif result.verdict == "ambiguous":
         said = [*_undecided(result), *_aliased(result), *_further_line(result)]
+    elif result.decision.a_part and result.decision.resembles is not None:
+        part = result.decision.resembles
+        size = part.effect.describe_values(part.parameters()) or size_sentence(part)
+        said = [
+            f"No known effect explains the whole error: {part.name} explains a part of it.",
+            *([size] if size else []),
+            f"With {part.name} in the model, an unknown error of about its size remains: "
+            f"{result.description}.",
+        ]
     elif result.decision.resembles is not None:
         said = [
             "None of the known effects fits. The error resembles "
@@ -154,12 +163,12 @@ def _not_searched(result: Diagnosis) -> list[str]:
 
 
 def _equal(result: Diagnosis) -> list[str]:
-    """Return a sentence on another condition that describes the error equally well."""
-    item = result.equal
-    if item is None:
-        return []
-    words = item.effect.describe(item.parameters())
-    return [f"Another condition, with a fitted zero, describes the error equally well: {words}."]
+    """Return a sentence on each other condition that describes the error equally well."""
+    return [
+        "Another condition, with a fitted zero, describes the error equally well: "
+        f"{item.effect.describe(item.parameters())}."
+        for item in result.equals
+    ]
 
 
 def _further_with_description(result: Diagnosis) -> list[str]:
@@ -399,6 +408,7 @@ def _undecided(result: Diagnosis) -> list[str]:
         said.append(
             f"A description that is not in the catalogue fits equally well: {result.description}."
         )
+        said += _equal(result)
     return said
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from sim.tests.workbench.small_sets import COUNTS_PER_REV, SAMPLES_A_TURN, measurement_set
 
+from arctrue.calibration.head_separation import doubts_of
 from arctrue.measurement import Capture, MeasurementSet
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.studies.simulate.experiment import full
@@ -158,6 +159,43 @@ def test_heads_that_stand_elsewhere_than_the_description_says_are_reported() -> 
     assert "reads 33.00" in data_faults(observations_of(wrong))[0]
     near = replace(made, table=replace(made.table, head_separation_deg=32.9))
     assert data_faults(observations_of(near)) == []
+
+
+@pytest.mark.parametrize("head", [1, 2])
+@pytest.mark.parametrize("bits", [24, 16])
+def test_a_head_that_counts_backwards_is_stated_as_such(head: int, bits: int) -> None:
+    """A head with A and B exchanged counts the negative angle. At 2¹⁶ counts a row of these sets is
+    55 counts. The counters start at any place."""
+    made, capture = _copied()
+    coarse = 1 << (24 - bits)
+    counts = [capture.head1_counts // coarse, capture.head2_counts // coarse]
+    counts[head - 1] = 12_345 - counts[head - 1]
+    made = replace(made, table=replace(made.table, counts_per_rev=1 << bits))
+    capture = replace(capture, head1_counts=counts[0], head2_counts=counts[1])
+    (found,) = _faults(made, capture)
+    (said,) = doubts_of(replace(made, capture=capture))
+    for text in (found, said):
+        assert "heads 1 and 2 count in opposite directions in every run" in text
+        assert "A and B" in text
+        assert "ahead" not in text
+        assert "index" not in text
+
+
+def test_a_run_in_which_a_head_counts_backwards_is_stated() -> None:
+    made, capture = _copied()
+    capture.head2_counts[capture.run == 2] *= -1
+    (found,) = (text for text in _faults(made, capture) if "opposite" in text)
+    assert "heads 1 and 2 count in opposite directions in run 2" in found
+
+
+def test_heads_of_a_standing_table_that_vibrates_do_not_count_backwards() -> None:
+    """Two opposite heads see a vibration of the axis with opposite signs; the table does not
+    turn."""
+    made, _ = _copied()
+    wave = np.round(300.0 * np.sin(np.arange(4_000) * 0.3)).astype(np.int64)
+    capture = Capture(np.zeros(4_000, dtype=np.int64), np.arange(4_000) * 1e-3, wave, -wave)
+    made = replace(made, table=replace(made.table, head_separation_deg=0.0))
+    assert not any("opposite" in text for text in _faults(made, capture))
 
 
 def test_a_clock_that_stands_is_reported() -> None:

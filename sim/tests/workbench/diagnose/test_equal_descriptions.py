@@ -45,8 +45,8 @@ def test_a_load_that_rises_with_the_time_is_named_with_it(seed: int) -> None:
     assert "direction × time" in said
     # Up and down, the reading changes by ±0.6″ for each N·m; u is far below 0.02″/N·m.
     assert "describes the error equally well: direction × (load_nm − 1" in said
-    assert found.equal is not None
-    (size,) = found.equal.parameters().values()
+    (equal,) = found.equals
+    (size,) = equal.parameters().values()
     assert size.value == pytest.approx(0.6, abs=0.02)
     assert found.next_measurement is not None
     assert "load_nm in another order" in found.next_measurement
@@ -57,3 +57,46 @@ def test_a_load_in_mixed_order_has_no_equal() -> None:
     said = " ".join(sentences(found))
     assert "load_nm" in said
     assert "equally well" not in said
+
+
+STATIONS, PASSES = 30, 5
+
+
+def _all_together(seed: int) -> MeasurementSet:
+    """Return passes over 30 stations in one direction, while load, temperature and time rise
+    together (correlation above 0.999); the reading shifts by 0.08″ for each N·m."""
+    random = np.random.default_rng(seed)
+    rows = STATIONS * PASSES
+    angle = np.tile(np.arange(STATIONS) * 360.0 / STATIONS, PASSES)
+    time_s = 15.0 * np.arange(rows)
+    share = time_s / time_s[-1]
+    load = 5.0 + 30.0 * share + random.normal(0.0, 0.15, rows)
+    error = 6.0 * np.cos(np.radians(angle + 30.0)) + 1.1 * np.cos(2.0 * np.radians(angle))
+    error += 0.08 * load + random.normal(0.0, 0.2, rows)
+    reference = Reference(
+        angle,
+        error,
+        time_s=time_s,
+        cycle=np.repeat(np.arange(PASSES), STATIONS),
+        direction=np.ones(rows, dtype=np.int64),
+        temperature_c=20.0 + 2.5 * share + random.normal(0.0, 0.012, rows),
+        conditions={"load_nm": load},
+    )
+    return MeasurementSet(Table(), None, reference, title="all together")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_every_condition_that_changed_together_is_stated(seed: int) -> None:
+    """In each pass the drift is the same ramp over the angle; this ramp does not belong to the
+    place."""
+    found = diagnosis_of(_all_together(seed))
+    said = " ".join(sentences(found))
+    assert found.verdict == "ambiguous"
+    assert found.effect_class == ["reference_drift"]
+    assert "(T − T₀), reference only" in said
+    # 0.08″/N·m, with u = 0.2″/√150/8.7 N·m, which is 0.002.
+    size = float(said.split("(load_nm − ")[1].split("reference only, ")[1].split("″")[0])
+    assert size == pytest.approx(0.08, abs=0.008)
+    assert found.next_measurement is not None
+    assert "load_nm in another order" in found.next_measurement
+    assert "repeats at equal angle" not in said

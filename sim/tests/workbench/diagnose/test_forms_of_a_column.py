@@ -99,7 +99,7 @@ def test_the_description_states_that_an_error_falls() -> None:
     """A torque of 100 N·m reduces the error by 2″."""
     found = diagnosis_of(_loaded(-2.0 * LOADS / 100.0, 0, 1))
     assert (found.description or "").endswith("reference only, −0.02″/N·m")
-    assert "the error changes with it" in (found.next_measurement or "")
+    assert "load_nm outside −100 to 100 N·m" in (found.next_measurement or "")
 
 
 def test_a_column_far_from_zero_has_no_forms() -> None:

@@ -72,7 +72,7 @@ def test_an_effect_that_grows_with_a_column_is_described_by_it(loaded: Diagnosis
     assert size.unit == "arcsec/N·m"
     assert size.value == pytest.approx(LOBES_ARCSEC_PER_NM, abs=4.0 * size.sigma)
     assert "(load_nm − 12)" in (loaded.description or "")
-    assert "another load_nm" in (loaded.next_measurement or "")
+    assert "load_nm outside 4 to 20 N·m" in (loaded.next_measurement or "")
 
 
 @pytest.mark.large
@@ -148,7 +148,7 @@ def test_a_torque_that_repeats_with_the_angle_is_described_by_its_column(seed: i
     # 216 · 83 N²m².
     size = found.described.parameters()["size"]
     assert size.value == pytest.approx(1.2, abs=4.0 / np.sqrt(0.4 * 216 * 83))
-    assert "another load_nm" in (found.next_measurement or "")
+    assert "load_nm outside −20 to 20 N·m" in (found.next_measurement or "")
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import pytest
 from sim.tests.workbench.reversal_sets import REVERSAL, VARIES, reversal_set
 from sim.tests.workbench.small_sets import measurement_set, paper_error
 
+from arctrue.measurement import MeasurementSet, Reference, Table
 from arctrue.studies.benchmark.diagnosis import diagnosed
 from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.diagnosis import diagnose
@@ -22,13 +23,14 @@ from arctrue.workbench.diagnose.rules.best_effect import LEAST_TAKEN
 from arctrue.workbench.diagnose.rules.removes_little import RISES, makes_it_worse, takes_little
 from arctrue.workbench.diagnose.rules.table import said_of
 from arctrue.workbench.diagnose.survey import LEAST_HELD_OUT
-from arctrue.workbench.effects.part_conditions import SIMPLE_CONDITIONS
+from arctrue.workbench.effects.part_conditions import SIMPLE_CONDITIONS, column_condition
 from arctrue.workbench.effects.product_of_parts import ProductOfParts
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.block_share import BLOCKS, block_share, share_of
 from arctrue.workbench.inference.design_matrix import Term
 from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.observations import Observations
 from arctrue.workbench.observations.build import observations_of
 
 EFFECTS = built_in()
@@ -100,6 +102,35 @@ def test_no_advice_asks_for_what_the_set_holds(condition) -> None:  # type: igno
         assert has_already(part, whole)
     advice = measurement_for_parts(ProductOfParts.of(condition, (2.0,), "disc"), whole)
     assert advice.kind not in ("direction", "speed", "warm")
+
+
+def _with_load(load: np.ndarray) -> Observations:
+    size = load.size
+    reference = Reference(
+        target_deg=np.tile(np.arange(size // 4) * 1440.0 / size, 4),
+        error_arcsec=np.random.default_rng(3).normal(0.0, 1.0, size),
+        time_s=5.0 * np.arange(size),
+        conditions={"load_nm": load},
+    )
+    return observations_of(MeasurementSet(Table(), None, reference))
+
+
+@pytest.mark.parametrize("orders", [(), (2.0,)])
+def test_no_advice_asks_for_another_load_if_the_set_has_many(orders: tuple[float, ...]) -> None:
+    """Loads at random, and loads that rise and fall, between 0 and 40 N·m."""
+    random = np.random.default_rng(4).uniform(0.0, 40.0, 96)
+    random[:2] = 0.0, 40.0
+    swing = 20.0 - 20.0 * np.cos(2.0 * np.pi * np.arange(97)[:96] / 32.0)
+    product = ProductOfParts.of(column_condition("load_nm", 20.0), orders, "reference")
+    for load in (random, swing):
+        advice = measurement_for_parts(product, _with_load(load))
+        assert "load_nm outside 0 to 40 N·m" in advice.words
+
+
+@pytest.mark.parametrize("load", [np.repeat([0.0, 10.0], 48), np.linspace(5.0, 10.0, 96)])
+def test_a_load_that_changed_once_is_asked_for_again(load: np.ndarray) -> None:
+    product = ProductOfParts.of(column_condition("load_nm", 5.0), (), "reference")
+    assert "another load_nm, all else" in measurement_for_parts(product, _with_load(load)).words
 
 
 @pytest.mark.parametrize("condition", SIMPLE_CONDITIONS)

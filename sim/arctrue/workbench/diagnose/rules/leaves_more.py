@@ -3,11 +3,13 @@ model."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from arctrue.workbench.diagnose.candidate import Candidate, happens_once
 from arctrue.workbench.diagnose.case import AGAIN, Case
-from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND
+from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND, is_apart
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.rules.best_effect import (
     is_of_the_runs,
@@ -33,11 +35,13 @@ def leaves_its_own_kind(case: Case) -> Decision | None:
         return None
     if left.described is not None and _grows_with_a_column(case.best, left.described):
         return None
-    return only_resembles(
+    found = only_resembles(
         case,
         "with it in the model an unknown error of about its size remains",
         left,
     )
+    apart = found.described is not None and is_apart(case.best, found.described)
+    return replace(found, a_part=apart)
 
 
 def _unknown_within(left: Decision, case: Case) -> bool:

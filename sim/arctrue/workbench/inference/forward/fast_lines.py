@@ -16,6 +16,11 @@ from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 from scipy.special import chdtri, fdtrc, gamma
 
+from arctrue.workbench.inference.forward.fast_resonances import (
+    REACH,
+    gain_over_an_oscillation,
+)
+
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
@@ -47,6 +52,9 @@ PREDICTED_SHARE = 0.5
 """Smallest share of a line's own error that the other blocks must predict, as in the search for
 lines; an oscillation that loses its phase within a block has a share of 0."""
 
+OSCILLATION_GAIN = 7.0
+"""Smallest gain in log likelihood of each line over an oscillation, as in the search for lines."""
+
 
 @dataclass(frozen=True, eq=False)
 class FastLine:
@@ -65,25 +73,62 @@ class FastSize:
     amplitude_arcsec: float
 
 
-def sizes_of(lines: Sequence[FastLine], left_arcsec: Float) -> tuple[FastSize, ...]:
-    """Return the amplitude of each line that is the same in all blocks of rows, the largest first.
+def sizes_of(
+    lines: Sequence[FastLine],
+    place: Float,
+    stretch: Integer,
+    left_arcsec: Float,
+    lowest: float = 0.0,
+) -> tuple[FastSize, ...]:
+    """Return the amplitude of each line above the rate ``lowest`` that is the same in all blocks of
+    rows and more than an oscillation driven by noise, the largest first.
 
-    All lines are fitted together; with two senses of motion the amplitude is the RMS of both.
+    All lines are fitted together; with two senses of motion the amplitude is the RMS of both. As in
+    the search for lines, each line is compared with an oscillation, and neighbouring lines (within
+    REACH ordinates) together with one oscillation.
     """
     if not lines:
         return ()
     every = np.hstack([line.columns for line in lines])
     fitted = np.linalg.lstsq(every, left_arcsec, rcond=1e-10)[0]
     rest = left_arcsec - every @ fitted
+    width = lines[0].columns.shape[1]
+    senses = _senses(place, stretch)
+
+    def gain(of: Sequence[tuple[FastLine, Float]]) -> float:
+        without = rest + np.sum([wave for _, wave in of], axis=0)
+        rates = [line.rate for line, _ in of]
+        return gain_over_an_oscillation(place, senses, rest, without, rates) / len(of)
+
+    waves = [
+        (line, line.columns @ fitted[number * width : (number + 1) * width])
+        for number, line in enumerate(lines)
+        if line.rate > lowest
+    ]
     block = np.arange(left_arcsec.size) * BLOCKS // left_arcsec.size
-    found, first = [], 0
-    for line in lines:
-        width = line.columns.shape[1]
-        wave = line.columns @ fitted[first : first + width]
-        first += width
-        if _share_predicted(line.columns, rest + wave, block) > PREDICTED_SHARE:
-            found.append(FastSize(line.rate, float(np.sqrt(2.0 * np.mean(wave**2)))))
+    found = [
+        FastSize(line.rate, float(np.sqrt(2.0 * np.mean(wave**2))))
+        for group in _neighbours(waves, REACH / float(np.ptp(place)))
+        if gain(group) > OSCILLATION_GAIN
+        for line, wave in group
+        if gain([(line, wave)]) > OSCILLATION_GAIN
+        and _share_predicted(line.columns, rest + wave, block) > PREDICTED_SHARE
+    ]
     return tuple(sorted(found, key=lambda line: -line.amplitude_arcsec))
+
+
+def _neighbours(
+    waves: Sequence[tuple[FastLine, Float]], apart: float
+) -> Iterator[list[tuple[FastLine, Float]]]:
+    """Yield groups of lines, each at most ``apart`` from the next in its group."""
+    group: list[tuple[FastLine, Float]] = []
+    for item in sorted(waves, key=lambda item: item[0].rate):
+        if group and item[0].rate - group[-1][0].rate > apart:
+            yield group
+            group = []
+        group.append(item)
+    if group:
+        yield group
 
 
 def _share_predicted(columns: Float, left: Float, block: Integer) -> float:

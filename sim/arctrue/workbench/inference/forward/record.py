@@ -261,9 +261,9 @@ def averaged_fast_lines(
         # Half the rate of the averaged rows: a slower line has no alias.
         lowest = 0.5 / max(float(np.median(steps)), 1e-300)
         highest = 2.0 / ROWS_A_PERIOD * lowest
-        lines = list(fast_lines(over, stretch, residual_arcsec, highest))
+        lines = list(fast_lines(over, stretch, residual_arcsec, 0.0))
         columns += [_mean(line.columns, cuts, count) for line in lines if line.rate > lowest]
-        sizes.append((over, sizes_of(lines, residual_arcsec)))
+        sizes.append((over, sizes_of(lines, over, stretch, residual_arcsec, highest)))
     return AveragedFastLines(np.hstack(columns), tuple(sizes))
 
 
