@@ -20,16 +20,20 @@ Float = NDArray[np.float64]
 FASTER_PARTS = 6
 """Number of parts with time constants below the longest run that count in the level at the run's
 length. The next part would add less than 8⁻⁶ to the level, if the exponent is 1 or more."""
+LONGEST_SPANS = 2.0
+"""Longest time constant, in lengths of the whole capture. Noise with this constant keeps e^(−½) =
+61 % of its correlation from the first to the last row. Slower noise is a constant of the set, as a
+wrong angle between the heads is."""
 
 
 @dataclass(frozen=True)
 class SlowerNoise:
-    """Noise slower than the longest run, up to the length of the whole capture."""
+    """Noise slower than the longest run, up to a longest time constant."""
 
     length_s: float
     """Length of the longest run."""
-    span_s: float
-    """Time from the start of the first run to the end of the last run."""
+    longest_s: float
+    """Longest time constant."""
     density: float
     """Two-sided density of the slow noise at one period in the longest run, arcsec²·s."""
     deviation: float
@@ -37,12 +41,12 @@ class SlowerNoise:
 
     @property
     def _count(self) -> int:
-        return int(np.ceil(np.log(self.span_s / self.length_s) / np.log(LARGEST_RATIO) - 1e-9))
+        return int(np.ceil(np.log(self.longest_s / self.length_s) / np.log(LARGEST_RATIO) - 1e-9))
 
     @property
     def _step(self) -> float:
         """Ratio of neighbouring time constants."""
-        return float((self.span_s / self.length_s) ** (1.0 / self._count))
+        return float((self.longest_s / self.length_s) ** (1.0 / self._count))
 
     @property
     def constants_s(self) -> Float:
@@ -62,7 +66,8 @@ class SlowerNoise:
 
 
 def slower_noise(noise: Noise, span_s: float) -> SlowerNoise | None:
-    """Return the noise that is slower than the capture's runs.
+    """Return the noise that is slower than the capture's runs; ``span_s`` is the time from the
+    first to the last row of the capture.
 
     The result is None if the longest run is the whole capture, and if the runs show no slow noise:
     at one period in the longest run, its density, divided by e to the power of the standard
@@ -87,7 +92,7 @@ def slower_noise(noise: Noise, span_s: float) -> SlowerNoise | None:
     deviation = float(np.sqrt(shares @ group.fit.covariance[1:, 1:] @ shares))
     if density * np.exp(-deviation) <= white:
         return None
-    return SlowerNoise(length, span_s, density, deviation)
+    return SlowerNoise(length, LONGEST_SPANS * span_s, density, deviation)
 
 
 def _row_step(group: FittedGroup) -> float:
