@@ -620,10 +620,19 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "rows_of_a_station_are_independent",
         "a line through independent errors of the stations is named",
         f"{DIAGNOSE}/evidence_of_one.py",
-        "    p_value = max(p_value, _p_among_places(item, found, solution, tried, candidates))\n",
-        "",
+        "for single in (among_places, in_slower_noise):",
+        "for single in (in_slower_noise,):",
         "sim/tests/workbench/diagnose/test_same_place.py"
         "::test_white_errors_of_the_stations_are_no_line",
+    ),
+    Mutation(
+        "each_run_has_new_noise",
+        "noise slower than the runs of a capture counts as a wrong angle between the heads",
+        f"{DIAGNOSE}/evidence_of_one.py",
+        "for single in (among_places, in_slower_noise):",
+        "for single in (among_places,):",
+        "sim/tests/workbench/noise/test_noise_slower_than_runs.py::"
+        "test_slow_noise_over_the_pauses_is_no_wrong_angle",
     ),
     Mutation(
         "harmonics_are_errors_of_places",

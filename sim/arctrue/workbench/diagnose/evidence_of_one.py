@@ -33,6 +33,7 @@ from arctrue.workbench.inference.likelihood_ratio import (
 )
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
+from arctrue.workbench.inference.slow_offsets import p_in_slower_noise
 from arctrue.workbench.inference.solution import Solution
 
 AS_GOOD = 6.0
@@ -171,7 +172,10 @@ def with_gain_of(item: Candidate, found: Evidence, tried: Survey, candidates: in
         among = p_among_cycles(tried.base, solution)
         tests = candidates if item.level_trials is None else candidates * item.level_trials
         p_value = max(p_value, min(1.0, among * tests * tried.looks))
-    p_value = max(p_value, _p_among_places(item, found, solution, tried, candidates))
+    among_places = _p_among_places(item, found, solution, tried)
+    in_slower_noise = p_in_slower_noise(found.base, item.effect, item.nonlinear)
+    for single in (among_places, in_slower_noise):
+        p_value = max(p_value, _p_of_all(single, item, candidates * tried.looks))
     if isinstance(item.effect, ProductOfParts):
         p_value = max(p_value, _p_at_its_level(item, found, solution, tried, candidates))
     return replace(
@@ -211,9 +215,13 @@ def _p_at_its_level(
     )
 
 
-def _p_among_places(
-    item: Candidate, found: Evidence, solution: Solution, tried: Survey, candidates: int
-) -> float:
+def _p_of_all(single: float, item: Candidate, tests: float) -> float:
+    """Return p over the trials of the candidate's search, and over several tests."""
+    placed = -np.expm1(max(item.charged_trials, 1.0) * np.log1p(-min(single, 1.0 - 1e-15)))
+    return min(1.0, float(placed) * tests)
+
+
+def _p_among_places(item: Candidate, found: Evidence, solution: Solution, tried: Survey) -> float:
     """Return p of an effect that every pass of the reference repeats at the same places, with the
     places as the sample; 0 for any other effect, and if the capture shows it too."""
     visits, rows = tried.residuals.visits, tried.residuals.observations.reference
@@ -225,6 +233,4 @@ def _p_among_places(
     change = (
         solution.reference_prediction_arcsec() - found.base.solution.reference_prediction_arcsec()
     )
-    single = visits.p_of(change, found.score.rank)
-    placed = float(-np.expm1(max(item.charged_trials, 1.0) * np.log1p(-min(single, 1.0 - 1e-15))))
-    return min(1.0, placed * candidates * tried.looks)
+    return visits.p_of(change, found.score.rank)

@@ -178,6 +178,12 @@ class Residuals:
         _, inverse, _, _ = solve_symmetric(self._normal, np.zeros(self._layout.size))
         return inverse
 
+    @property
+    def joint_system(self) -> tuple[Layout, Matrix, Matrix]:
+        """Layout of the unknowns of the model in both channels, their normal matrix, and the moment
+        of the residuals along their columns."""
+        return self._layout, self._normal, self._left_moment
+
     def _joint_moment(self, capture: Matrix | None, reference: Matrix | None) -> Matrix:
         """Multiply whitened values of both channels with the model's columns (joint layout)."""
         layout = self._layout
