@@ -70,15 +70,24 @@ def find_yosys() -> tuple[str, str]:
 def mapping(top: str, *, flatten: bool, for_nextpnr: bool) -> tuple[str, ...]:
     """Return Yosys' commands that map a netlist.
 
+    Yosys gives each flip-flop with an inverted enable or reset its own inverter. ``opt_merge``
+    merges them before abc, which otherwise makes a look-up table for each flip-flop.
+
     ``for_nextpnr``: each stage of the carry chain of a comparison compares two bits of both
     numbers. By default each stage compares three bits; nextpnr 0.11.1 then places the look-up
     tables apart from the chain.
     """
     synth = f"synth_xilinx -family xc7 {'-flatten ' if flatten else ''}-top {top}"
+    to_look_up_tables = "opt_merge", f"{synth} -run map_luts:"
     if not for_nextpnr:
-        return (synth,)
+        return f"{synth} -run begin:map_luts", *to_look_up_tables
     compare = "techmap -map +/cmp2lcu.v -D LUT_WIDTH=4"
-    return f"{synth} -run begin:coarse", compare, f"{synth} -run coarse:"
+    return (
+        f"{synth} -run begin:coarse",
+        compare,
+        f"{synth} -run coarse:map_luts",
+        *to_look_up_tables,
+    )
 
 
 def synthesise(netlist: Path, *, flatten: bool, for_nextpnr: bool = False) -> Path:

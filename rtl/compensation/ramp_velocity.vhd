@@ -61,15 +61,20 @@ architecture rtl of ramp_velocity is
   constant WIDTH          : positive := 23 + PAIR_FRACTION;
   constant VELOCITY_WIDTH : positive := 32 + RAMP_VELOCITY_FRACTION;
 
-  -- Numbers of the clocks, out of 256, in which the entity reads the remainder, makes it positive, compares it, chooses
-  -- and changes the velocity.
-  constant MEASURE : natural := RAMP_LOOK_CLOCK + 1;
-  constant COMPARE : natural := RAMP_LOOK_CLOCK + 2;
-  constant CHOOSE  : natural := RAMP_LOOK_CLOCK + 3;
-  constant DECIDE  : natural := 2 ** RAMP_TICK_WIDTH - 1;
+  -- Numbers of the clocks, out of 256, in which the entity makes the remainder positive, compares it with two braking
+  -- distances, chooses and changes the velocity.
+  constant MEASURE        : natural := RAMP_LOOK_CLOCK + 1;
+  constant COMPARE_FASTER : natural := RAMP_LOOK_CLOCK + 2;
+  constant COMPARE_SAME   : natural := RAMP_LOOK_CLOCK + 3;
+  constant CHOOSE         : natural := RAMP_LOOK_CLOCK + 4;
+  constant TAKE_OFF       : natural := RAMP_LOOK_CLOCK + 5;
+  constant DECIDE         : natural := 2 ** RAMP_TICK_WIDTH - 1;
 
   -- Action of a clock. It is decoded one clock earlier and stored in a register, because many bits depend on it.
-  type moment_of_tick is (ADD, LIMIT_BOTH, ADD_WAY, ADD_MARGIN, LOOK_NOW, MEASURE_NOW, COMPARE_NOW, CHOOSE_NOW, DECIDE_NOW, NOTHING);
+  type moment_of_tick is (
+    ADD, SUBTRACT, ADD_WAY, ADD_MARGIN, LOOK_NOW, MEASURE_NOW, COMPARE_FASTER_NOW, COMPARE_SAME_NOW, CHOOSE_NOW, TAKE_OFF_NOW,
+    DECIDE_NOW, NOTHING
+  );
 
   subtype way_count is u_unsigned(WIDTH - 1 downto 0);
 
@@ -85,7 +90,7 @@ architecture rtl of ramp_velocity is
         return ADD;
 
       when 0 =>
-        return LIMIT_BOTH;
+        return SUBTRACT;
 
       when 1 =>
         return ADD_WAY;
@@ -99,11 +104,17 @@ architecture rtl of ramp_velocity is
       when MEASURE - 1 =>
         return MEASURE_NOW;
 
-      when COMPARE - 1 =>
-        return COMPARE_NOW;
+      when COMPARE_FASTER - 1 =>
+        return COMPARE_FASTER_NOW;
+
+      when COMPARE_SAME - 1 =>
+        return COMPARE_SAME_NOW;
 
       when CHOOSE - 1 =>
         return CHOOSE_NOW;
+
+      when TAKE_OFF - 1 =>
+        return TAKE_OFF_NOW;
 
       when DECIDE - 1 =>
         return DECIDE_NOW;
@@ -120,6 +131,10 @@ architecture rtl of ramp_velocity is
 
 begin
 
+  assert RAMP_LOOK_CLOCK mod 2 = 0 and RAMP_LOOK_CLOCK >= 128 and TAKE_OFF < DECIDE
+    report "ramp_velocity: the lowest and the highest bit of the tick select the operands of the clocks from RAMP_LOOK_CLOCK on"
+    severity failure;
+
   choose_velocity : process (clock) is
 
     variable tick           : u_unsigned(RAMP_TICK_WIDTH - 1 downto 0) := (others => '0');
@@ -132,10 +147,10 @@ begin
     -- would make the velocity negative
     variable faster         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable slower         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
-    variable to_take_off    : u_unsigned(31 downto 0)                 := (others => '0');
     variable may_be_faster  : std_ulogic                              := '0';
     variable is_too_fast    : std_ulogic                              := '0';
-    -- Smallest remainder for which the velocity may rise, without and with the margin, and for which it may stay
+    -- Smallest remainder for which the velocity may rise, without and with the margin, and for which it may stay. The
+    -- first one is also the braking distance after a step up.
     variable way_straight   : way_count                               := (others => '0');
     variable way_faster     : way_count                               := (others => '0');
     variable way_same       : way_count                               := (others => '0');
@@ -155,9 +170,18 @@ begin
     variable speeds         : std_ulogic                              := '0';
     variable is_end         : std_ulogic                              := '0';
     variable way_less       : way_count                               := (others => '0');
-    variable way_more       : way_count                               := (others => '0');
     variable is_for_faster  : std_ulogic                              := '0';
     variable is_for_same    : std_ulogic                              := '0';
+
+    variable is_odd         : std_ulogic;
+    variable is_late        : std_ulogic;
+    variable swing          : u_unsigned(VELOCITY_WIDTH downto 0);
+    variable judged         : u_unsigned(VELOCITY_WIDTH downto 0);
+    variable is_above_limit : std_ulogic;
+    variable way_change     : way_count;
+    variable next_way       : way_count;
+    variable way_judged     : way_count;
+    variable is_far_enough  : std_ulogic;
 
   begin
 
@@ -166,23 +190,45 @@ begin
       limit := rate & (RAMP_VELOCITY_FRACTION - 1 downto 0 => '0');
       ends  <= '0';
 
+      -- Four carry chains serve nine sums and comparisons, one after the other. The lowest and the highest bit of `tick`
+      -- select the operands in the look-up tables of the chains.
+      is_odd  := tick(0);
+      is_late := tick(tick'high);
+
+      swing := u_unsigned(less_or_more(signed('0' & velocity), signed(resize(acceleration, swing'length)), not is_odd));
+
+      judged         := faster when is_odd = '0' else '0' & velocity;
+      is_above_limit := is_less(signed("00" & limit), signed('0' & judged));
+
+      if is_odd = '0' then
+        way_change := resize(faster(faster'high downto RAMP_VELOCITY_FRACTION), WIDTH);
+      elsif is_late = '0' then
+        way_change := resize(whole(whole'high downto RAMP_MARGIN_BITS), WIDTH);
+      else
+        way_change := resize(whole, WIDTH);
+      end if;
+      next_way := u_unsigned(less_or_more(signed(way), signed(way_change), not (is_odd and is_late)));
+
+      way_judged    := way_faster when is_odd = '0' else way_same;
+      is_far_enough := not is_less(signed('0' & size), signed('0' & way_judged));
+
       case moment is
 
         when ADD =>
-          faster := ('0' & velocity) + resize(acceleration, faster'length);
-          slower := ('0' & velocity) - resize(to_take_off, slower'length);
+          faster := swing;
 
-        when LIMIT_BOTH =>
-          is_last       := slower(slower'high) or not (or slower);
-          is_slow       := not (or whole(whole'high downto 1));
-          may_be_faster := not is_less(signed("00" & limit), signed('0' & faster));
-          is_too_fast   := is_less(signed('0' & limit), signed('0' & velocity));
+        when SUBTRACT =>
+          slower := swing;
 
         when ADD_WAY =>
-          way_straight := way + faster(faster'high downto RAMP_VELOCITY_FRACTION);
-          way_same     := way + whole(whole'high downto RAMP_MARGIN_BITS);
+          is_last       := slower(slower'high) or not (or slower);
+          is_slow       := not (or whole(whole'high downto 1));
+          may_be_faster := not is_above_limit;
+          way_straight  := next_way;
 
         when ADD_MARGIN =>
+          is_too_fast := is_above_limit;
+          way_same    := next_way;
           way_faster := way_straight + faster(faster'high downto RAMP_VELOCITY_FRACTION + RAMP_MARGIN_BITS);
 
         when LOOK_NOW =>
@@ -194,17 +240,21 @@ begin
           goes_away := moves and (falling xnor size(size'high));
           size      := size xor (size'range => size(size'high));
 
-        when COMPARE_NOW =>
-          is_for_faster := not is_less(signed('0' & size), signed('0' & way_faster));
-          is_for_same   := not is_less(signed('0' & size), signed('0' & way_same));
+        when COMPARE_FASTER_NOW =>
+          is_for_faster := is_far_enough;
+
+        when COMPARE_SAME_NOW =>
+          is_for_same := is_far_enough;
 
         when CHOOSE_NOW =>
           brakes := is_too_fast or goes_away or not is_for_same;
           stops  := (not moves and not is_for_faster) or (is_zero and is_slow) or (brakes and is_last);
           speeds := is_for_faster and may_be_faster and not brakes;
           is_end := (not moves and not is_for_faster) or (is_zero and is_slow);
-          way_less := way - whole;
-          way_more := way + faster(velocity'high downto RAMP_VELOCITY_FRACTION);
+          way_straight := next_way;
+
+        when TAKE_OFF_NOW =>
+          way_less := next_way;
 
         when DECIDE_NOW =>
           is_unknown := is_stale or marker;
@@ -218,7 +268,7 @@ begin
             way      := way_less;
           elsif speeds = '1' then
             velocity <= faster(velocity'range);
-            way      := way_more;
+            way      := way_straight;
             moves    <= '1';
             if moves = '0' then
               falling <= not excess(excess'high);
@@ -229,10 +279,6 @@ begin
           null;
 
       end case;
-
-      -- The subtraction has its own copy of `acceleration`; otherwise Yosys would make one adder wait for the first
-      -- look-up table of the other adder.
-      to_take_off := acceleration;
 
       moment   := moment_after(to_integer(tick));
       tick     := tick + 1;

@@ -14,6 +14,12 @@ package tolerance_pkg is
     tolerance : u_unsigned
   ) return std_ulogic;
 
+  -- Returns whether |number| >= bound, for a bound above 0.
+  function is_at_least (
+    number : u_signed;
+    bound  : u_unsigned
+  ) return std_ulogic;
+
   -- Returns whether a number is at most `bound`. It uses logic for each bit, because Yosys would build a carry chain
   -- for the comparison operator.
   function is_at_most (
@@ -47,6 +53,24 @@ package body tolerance_pkg is
     return '0';
 
   end function is_within;
+
+  function is_at_least (
+    number : u_signed;
+    bound  : u_unsigned
+  ) return std_ulogic is
+
+    variable falls : std_ulogic;
+    variable size  : u_unsigned(number'length downto 0);
+
+  begin
+
+    -- The magnitude of a negative number is its complement plus 1. No adder is needed for this 1: both sides of the
+    -- comparison get one more bit on the right, and this bit of `size` is 1 for a negative number.
+    falls := number(number'high);
+    size  := u_unsigned(number xor (number'range => falls)) & falls;
+    return size ?> ((bound - 1) & '0');
+
+  end function is_at_least;
 
   function is_at_most (
     number : u_unsigned;

@@ -22,6 +22,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.carry_save_pkg.all;
   use work.number_formats_pkg.all;
   use work.tolerance_pkg.all;
 
@@ -54,29 +55,25 @@ begin
     variable position     : count      := (others => '0');
     variable position_then : count     := (others => '0');
     variable since        : count      := (others => '0');
-    -- Deviation of the other head's counts from a turn up, and from a turn down
-    variable off_up       : count      := (others => '0');
-    variable off_down     : count      := (others => '0');
-    -- High if the other head has counted a turn up, or a turn down, since the trusted mark.
-    variable is_turn_up   : std_ulogic := '0';
-    variable is_turn_down : std_ulogic := '0';
+    -- Deviation of the other head's counts from a turn in their direction
+    variable off          : count      := (others => '0');
+    -- High if the other head has counted a turn since the trusted mark.
+    variable is_turn      : std_ulogic := '0';
     variable strobe_then  : std_ulogic := '0';
 
   begin
 
     if rising_edge(clock) then
       if strobe_then = '1' then
-        agrees <= is_known and (is_turn_up or is_turn_down);
+        agrees <= is_known and is_turn;
       end if;
       strobe_then := index_strobe;
 
       if index_strobe = '1' then
         at_mark := position_then;
       end if;
-      is_turn_up    := is_within(off_up, tolerance);
-      is_turn_down  := is_within(off_down, tolerance);
-      off_up   := since - signed(resize(counts_per_rev, POSITION_WIDTH));
-      off_down := since + signed(resize(counts_per_rev, POSITION_WIDTH));
+      is_turn  := is_within(off, tolerance);
+      off      := less_or_more(since, signed(resize(counts_per_rev, POSITION_WIDTH)), since(since'high));
       since    := other_position - at_trusted;
       position_then := position;
       position      := other_position;

@@ -132,7 +132,7 @@ package number_formats_pkg is
   -- the reading of the remainder to the change of the velocity.
   constant RAMP_MARGIN_BITS           : positive := 3;
   -- Clock, out of 256, in which the ramp reads its remainder: 15 clocks before the velocity changes in the last clock. The
-  -- comparison of the remainder with the braking distances takes 4 of them.
+  -- comparison of the remainder with the braking distances takes 5 of them.
   constant RAMP_LOOK_CLOCK            : positive := 240;
 
   constant LANES_MAX                  : positive := 64;

@@ -42,6 +42,7 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.number_formats_pkg.all;
+  use work.tolerance_pkg.all;
 
 entity head_watch is
   generic (
@@ -185,8 +186,8 @@ begin
         reached := (others => '0');
 
         for other in 0 to HEADS - 1 loop
-          reached(other) := '1' when other = head or ahead(head)(other) >= to_integer(missing_counts)
-                                     or ahead(head)(other) <= -to_integer(missing_counts) else '0';
+          reached(other) := '1' when other = head else
+                            is_at_least(to_signed(ahead(head)(other), missing_counts'length + 1), missing_counts);
           if steps(head) = '1' or watching = '0' then
             ahead(head)(other) := 0;
           elsif steps(other) = '1' then
@@ -225,8 +226,11 @@ begin
 
     variable oldest_place : u_unsigned(2 downto 0);
     variable oldest      : std_ulogic_vector(differences'range);
-    variable apart       : moved_count;
-    variable is_apart    : boolean;
+    -- The pair of heads of this clock, and the heads that are not in it
+    variable first       : moved_count;
+    variable second      : moved_count;
+    variable left_over   : heads_bits;
+    variable is_apart    : std_ulogic;
     variable alone       : heads_bits;
 
   begin
@@ -247,24 +251,24 @@ begin
 
         phase := 1 when is_begun = '1' else 0;
       elsif phase <= PAIRS then
-        is_apart := false;
+        first     := moved(0);
+        second    := moved(HEADS - 1);
+        left_over := (others => '0');
 
         for number in PAIR_LIST'range loop
           if phase = number + 1 then
-            apart    := moved(PAIR_LIST(number).first) - moved(PAIR_LIST(number).second);
-            is_apart := abs (apart) >= signed('0' & step_limit);
+            first  := moved(PAIR_LIST(number).first);
+            second := moved(PAIR_LIST(number).second);
+
+            for head in 0 to HEADS - 1 loop
+              left_over(head) := '1' when head /= PAIR_LIST(number).first and head /= PAIR_LIST(number).second else '0';
+            end loop;
+
           end if;
         end loop;
 
-        for head in 0 to HEADS - 1 loop
-
-          for number in PAIR_LIST'range loop
-            if is_apart and phase = number + 1 and head /= PAIR_LIST(number).first and head /= PAIR_LIST(number).second then
-              agree(head) := '0';
-            end if;
-          end loop;
-
-        end loop;
+        is_apart := is_at_least(first - second, step_limit);
+        agree    := agree and not (left_over and (agree'range => is_apart));
 
         phase := phase + 1;
       else

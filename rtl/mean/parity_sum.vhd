@@ -21,6 +21,7 @@ library ieee;
   use ieee.numeric_std.all;
 
   use work.number_formats_pkg.all;
+  use work.tolerance_pkg.all;
 
 entity parity_sum is
   generic (
@@ -45,7 +46,8 @@ begin
   one_after_the_other : process (clock) is
 
     variable turn      : u_unsigned(2 downto 0)                                              := "000";
-    variable held      : std_ulogic_vector(differences'range)                                := (others => '0');
+    -- The differences of heads 2 and above, in the clock in which head 1 was read
+    variable held      : std_ulogic_vector(differences'high downto HEAD_DIFFERENCE_WIDTH)    := (others => '0');
     -- Registers; the number in a name is the number of clocks from the clock in which `turn` selects a head until the
     -- register holds this head's value.
     variable factor_1  : u_signed(HEAD_DIFFERENCE_WIDTH - 1 downto 0)                        := (others => '0');
@@ -53,36 +55,37 @@ begin
     variable product_2 : u_signed(HEAD_DIFFERENCE_WIDTH + HEAD_WEIGHT_WIDTH - 1 downto 0)    := (others => '0');
     variable sum_3     : u_signed(MEAN_TERM_WIDTH - 1 downto 0)                              := (others => '0');
     variable head      : natural range 0 to 7;
+    variable is_first  : std_ulogic;
 
   begin
 
     if rising_edge(clock) then
-      beyond <= (or limit) and (abs (resize(shift_right(parity, CORRECTION_FRACTION), CORRECTION_WIDTH)) ?>= signed('0' & limit));
+      beyond <= (or limit) and is_at_least(parity(parity'high downto CORRECTION_FRACTION), limit);
 
       -- Head h (from 0 on) is read when `turn` is h; its product is added when `turn` is h + 2.
       head := to_integer(turn);
       if head = HEADS + 2 then
         parity <= resize(shift_right(sum_3, ROUNDED), parity'length);
       end if;
-      if head = 2 then
-        sum_3 := resize(product_2, sum_3'length);
-      else
-        sum_3 := sum_3 + resize(product_2, sum_3'length);
-      end if;
+      -- The sum so far or 0 takes only the look-up tables of the carry chain.
+      is_first := '1' when head = 2 else '0';
+      sum_3    := resize(product_2, sum_3'length) + (sum_3 and (sum_3'range => not is_first));
       product_2 := factor_1 * weight_1;
 
-      factor_1 := (others => '0');
-      weight_1 := (others => '0');
-      if head = 0 then
-        held := differences;
-      end if;
+      -- After the last head the products belong to no sum.
+      factor_1 := u_signed(differences(HEAD_DIFFERENCE_WIDTH - 1 downto 0));
+      weight_1 := u_signed(weights(HEAD_WEIGHT_WIDTH - 1 downto 0));
 
-      for number in 0 to HEADS - 1 loop
-        if head = number then
+      for number in 1 to HEADS - 1 loop
+        if turn(1 downto 0) = number then
           factor_1 := u_signed(held((number + 1) * HEAD_DIFFERENCE_WIDTH - 1 downto number * HEAD_DIFFERENCE_WIDTH));
           weight_1 := u_signed(weights((number + 1) * HEAD_WEIGHT_WIDTH - 1 downto number * HEAD_WEIGHT_WIDTH));
         end if;
       end loop;
+
+      if head = 0 then
+        held := differences(held'range);
+      end if;
 
       turn := turn + 1;
     end if;

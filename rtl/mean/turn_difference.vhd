@@ -17,6 +17,7 @@ library ieee;
   use ieee.std_logic_1164.all;
   use ieee.numeric_std.all;
 
+  use work.carry_save_pkg.all;
   use work.number_formats_pkg.all;
 
 entity turn_difference is
@@ -41,35 +42,29 @@ begin
     -- Registers; the number in a name is the number of clocks from the angles until the register is valid.
     variable straight_1 : u_signed(difference'range) := (others => '0');
     variable straight_2 : u_signed(difference'range) := (others => '0');
-    variable more_2     : u_signed(difference'range) := (others => '0');
-    variable less_2     : u_signed(difference'range) := (others => '0');
-    variable above_2    : wide_count                 := (others => '0');
-    variable below_2    : wide_count                 := (others => '0');
+    variable turn_2     : u_signed(difference'range) := (others => '0');
+    variable excess_2   : wide_count                 := (others => '0');
 
+    variable falls      : std_ulogic;
+    variable is_longer  : std_ulogic;
     variable turn       : wide_count;
     variable twice      : wide_count;
 
   begin
 
     if rising_edge(clock) then
-      -- Third clock.
-      if above_2(above_2'high) = '0' then
-        difference <= less_2;
-      elsif below_2(below_2'high) = '1' then
-        difference <= more_2;
-      else
-        difference <= straight_2;
-      end if;
+      -- Third clock. The straight difference is the longer way round if the turn did not change the sign of twice the
+      -- difference. The turn or 0 takes only the look-up tables of the carry chain.
+      falls      := straight_2(straight_2'high);
+      is_longer  := excess_2(excess_2'high) xnor falls;
+      difference <= less_or_more(straight_2, turn_2 and (turn_2'range => is_longer), falls);
 
-      -- Second clock. The sums are computed in the width of a difference; the sum that is chosen in the third clock
-      -- fits in it.
+      -- Second clock. The turn is subtracted from a positive difference and added to a negative one.
       turn       := resize(u_signed('0' & counts_per_rev), turn'length);
       twice      := shift_left(resize(straight_1, twice'length), 1);
-      above_2    := twice - turn;
-      below_2    := twice + turn;
+      excess_2   := less_or_more(twice, turn, straight_1(straight_1'high));
       straight_2 := straight_1;
-      more_2     := straight_1 + turn(difference'range);
-      less_2     := straight_1 - turn(difference'range);
+      turn_2     := turn(difference'range);
 
       -- First clock.
       straight_1 := u_signed('0' & minuend) - u_signed('0' & subtrahend);

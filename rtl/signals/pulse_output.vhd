@@ -31,18 +31,15 @@ begin
 
   stretch : process (clock) is
 
-    variable remaining : u_unsigned(15 downto 0) := (others => '0'); -- clocks of the pulse after this one
+    variable remaining : u_unsigned(15 downto 0) := (others => '0'); -- clocks of the pulse from this one on
 
   begin
 
     if rising_edge(clock) then
       if strobe = '1' then
         pulse     <= '1';
-        remaining := (others => '0');
-        if width /= 0 then
-          remaining := width - 1;
-        end if;
-      elsif remaining /= 0 then
+        remaining := width;
+      elsif (or remaining(15 downto 1)) = '1' then
         remaining := remaining - 1;
       else
         pulse <= '0';

@@ -162,18 +162,18 @@ TURN_DIFFERENCE = Proof(
     breaks=(
         Break(
             "a difference of exactly +half a turn is not folded to −half a turn",
-            "above_2    := twice - turn;",
-            "above_2    := twice - turn - 1;",
+            "excess_2(excess_2'high) xnor falls;",
+            "(excess_2(excess_2'high) xnor falls) and (or excess_2);",
         ),
         Break(
             "a turn is subtracted from a difference of exactly −half a turn",
-            "above_2(above_2'high) = '0' then",
-            "above_2(above_2'high) = '0' or below_2 = 0 then",
+            "excess_2(excess_2'high) xnor falls;",
+            "(excess_2(excess_2'high) xnor falls) or not (or excess_2);",
         ),
         Break(
             "a turn is added instead of subtracted",
-            "difference <= less_2;",
-            "difference <= more_2;",
+            "(turn_2'range => is_longer), falls);",
+            "(turn_2'range => is_longer), not falls);",
         ),
         Break(
             "an angle's highest bit is read as a sign",
