@@ -111,7 +111,7 @@ def sizes_of(
         for group in _neighbours(waves, REACH / float(np.ptp(place)))
         if gain(group) > OSCILLATION_GAIN
         for line, wave in group
-        if gain([(line, wave)]) > OSCILLATION_GAIN
+        if (len(group) == 1 or gain([(line, wave)]) > OSCILLATION_GAIN)
         and _share_predicted(line.columns, rest + wave, block) > PREDICTED_SHARE
     ]
     return tuple(sorted(found, key=lambda line: -line.amplitude_arcsec))
