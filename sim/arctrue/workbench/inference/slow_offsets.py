@@ -21,7 +21,7 @@ from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import MANY
 from arctrue.workbench.noise.slower_noise import correlation_of_means, slower_noise
 from arctrue.workbench.numeric.least_squares import Matrix
-from arctrue.workbench.numeric.symmetric import solve_symmetric
+from arctrue.workbench.numeric.symmetric import log_determinant, solve_symmetric
 from arctrue.workbench.observations.rows import CaptureRows
 
 EXPONENTS = (0.0, 0.5, 1.0, 1.5, 2.0)
@@ -154,7 +154,8 @@ def _tested(system: _System, covariance: Matrix, base: Residuals) -> tuple[float
     size, _, rank, _ = solve_symmetric(information, of_effect)
     gain = max(float(of_effect @ size), 1e-300)
     left = float(system.offsets @ pull) - float(moment @ inverse @ moment) - gain
-    logs = sum(float(np.linalg.slogdet(item)[1]) for item in (covariance, normal, information))
+    logs = float(np.linalg.slogdet(covariance)[1] + np.linalg.slogdet(normal)[1])
+    logs += log_determinant(information)
     moved = inverse @ (system.cross @ size)
     of_index = noise.index_variance * float(np.sum((precision @ moved) ** 2)) / gain
     known = noise.index_freedom + moved.size
