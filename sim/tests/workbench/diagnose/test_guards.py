@@ -426,8 +426,10 @@ def test_a_single_reversal_is_a_step_in_time_as_well(cycles: int, verdict: str) 
 def test_what_says_why_goes_before_what_says_what_is_seen(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    line = SimpleNamespace(name="periodic_error", effect=EFFECTS["periodic_error"]())
-    gear = SimpleNamespace(name="drive_gear_error", effect=EFFECTS["drive_gear_error"]())
+    line = SimpleNamespace(name="periodic_error", effect=EFFECTS["periodic_error"](), nonlinear={})
+    gear = SimpleNamespace(
+        name="drive_gear_error", effect=EFFECTS["drive_gear_error"](), nonlinear={}
+    )
     both: Any = [line, gear]
     for as_good, kept in ((True, [gear]), (False, [line, gear])):
         monkeypatch.setattr(classes, "stands_in", lambda item, other, is_it=as_good: is_it)
