@@ -635,6 +635,15 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "test_slow_noise_over_the_pauses_is_no_wrong_angle",
     ),
     Mutation(
+        "a_saw_tooth_is_a_slip",
+        "the largest slip of a bracket that slips again and again is named count_slip",
+        f"{DIAGNOSE}/rules/table.py",
+        '    Rule("unknown", sticks_and_slips),\n',
+        "",
+        "sim/tests/workbench/diagnose/test_sticking_brackets.py"
+        "::test_a_bracket_that_sticks_and_slips_is_described",
+    ),
+    Mutation(
         "harmonics_are_errors_of_places",
         "the lines of a square wave must stand out from the other lines of the same wave",
         f"{INFERENCE}/same_place.py",

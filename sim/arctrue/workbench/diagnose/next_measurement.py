@@ -154,6 +154,11 @@ LOOK_AT_THE_STAND = NextMeasurement(
     "knock does not repeat",
     "again",
 )
+LOOK_AT_THE_BRACKETS = NextMeasurement(
+    "the same runs with the brackets and cables of the heads fixed: a head that sticks and slips "
+    "then stands still",
+    "again",
+)
 CLAMPED_AGAIN = NextMeasurement(
     "the same runs without touching heads, reference and their mounts in between: zero and order 1 "
     "then stay the same from run to run",

@@ -55,6 +55,7 @@ from arctrue.workbench.diagnose.rules.without_an_effect import (
     left_undescribed,
     nothing_found,
     runs_follow_a_condition,
+    sticks_and_slips,
 )
 
 
@@ -90,6 +91,7 @@ RULES = (
     Rule("unknown", refused_is_ahead),
     Rule("unknown", left_undescribed),
     Rule("unknown", jumped_or_not_white),
+    Rule("unknown", sticks_and_slips),
     Rule("unknown", runs_follow_a_condition),
     Rule("adequate", nothing_found),
     Rule("cannot_tell", rounded_by_the_display),

@@ -1,4 +1,4 @@
-"""Rules for a survey that finds no effect."""
+"""Rules for a survey that finds no effect, or a single slip."""
 
 from __future__ import annotations
 
@@ -6,13 +6,17 @@ from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.lack_of_fit import LACK_OF_FIT, LEAST_EXCESS
 from arctrue.workbench.diagnose.next_measurement import (
+    LOOK_AT_THE_BRACKETS,
     OF_PARTS,
     TURN_THE_POLYGON,
     TURN_THE_REFERENCE,
     NextMeasurement,
 )
 from arctrue.workbench.diagnose.of_the_runs import offsets_follow
+from arctrue.workbench.inference.asymmetry_in_time import asymmetry_in_time
 from arctrue.workbench.inference.repeated_error import RepeatedError
+from arctrue.workbench.inference.residuals import Residuals
+from arctrue.workbench.inference.significance import SIGNIFICANCE
 
 
 def left_undescribed(case: Case) -> Decision | None:
@@ -76,6 +80,23 @@ def jumped_or_not_white(case: Case) -> Decision | None:
         if channel in found
     }
     return Decision("unknown", undescribed_arcsec=left)
+
+
+def sticks_and_slips(case: Case) -> Decision | None:
+    """No effect is found, or a single slip of counts, and R₂ − R₁ jumps in one direction again and
+    again and creeps back."""
+    best = case.best
+    if case.depth > 1 or (best is not None and best.effect.step_at is None):
+        return None
+    found = asymmetry_in_time(case.survey.residuals if best is None else Residuals(best.solution))
+    if (
+        found is None
+        or found.p_value >= LACK_OF_FIT
+        or found.p_in_tails >= SIGNIFICANCE
+        or found.rms_arcsec < case.survey.matters_arcsec
+    ):
+        return None
+    return Decision("unknown", seen=found.words(), next=LOOK_AT_THE_BRACKETS)
 
 
 def runs_follow_a_condition(case: Case) -> Decision | None:
