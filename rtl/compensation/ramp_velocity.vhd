@@ -131,10 +131,6 @@ architecture rtl of ramp_velocity is
 
 begin
 
-  assert RAMP_LOOK_CLOCK mod 2 = 0 and RAMP_LOOK_CLOCK >= 128 and TAKE_OFF < DECIDE
-    report "ramp_velocity: the lowest and the highest bit of the tick select the operands of the clocks from RAMP_LOOK_CLOCK on"
-    severity failure;
-
   choose_velocity : process (clock) is
 
     variable tick           : u_unsigned(RAMP_TICK_WIDTH - 1 downto 0) := (others => '0');
@@ -147,7 +143,7 @@ begin
     -- would make the velocity negative
     variable faster         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
     variable slower         : u_unsigned(VELOCITY_WIDTH downto 0)     := (others => '0');
-    variable may_be_faster  : std_ulogic                              := '0';
+    variable is_faster_too_fast : std_ulogic                          := '0';
     variable is_too_fast    : std_ulogic                              := '0';
     -- Smallest remainder for which the velocity may rise, without and with the margin, and for which it may stay. The
     -- first one is also the braking distance after a step up.
@@ -170,18 +166,22 @@ begin
     variable speeds         : std_ulogic                              := '0';
     variable is_end         : std_ulogic                              := '0';
     variable way_less       : way_count                               := (others => '0');
-    variable is_for_faster  : std_ulogic                              := '0';
-    variable is_for_same    : std_ulogic                              := '0';
+    variable is_short_of_faster : std_ulogic                          := '0';
+    variable is_short_of_same : std_ulogic                            := '0';
 
-    variable is_odd         : std_ulogic;
-    variable is_late        : std_ulogic;
+    -- Operands of the carry chains in this clock, decoded with `moment`
+    variable takes_off      : std_ulogic                              := '0';
+    variable of_same        : std_ulogic                              := '0';
+    variable of_margin      : std_ulogic                              := '0';
+    variable of_way_back    : std_ulogic                              := '0';
+
     variable swing          : u_unsigned(VELOCITY_WIDTH downto 0);
     variable judged         : u_unsigned(VELOCITY_WIDTH downto 0);
     variable is_above_limit : std_ulogic;
     variable way_change     : way_count;
     variable next_way       : way_count;
     variable way_judged     : way_count;
-    variable is_far_enough  : std_ulogic;
+    variable is_short       : std_ulogic;
 
   begin
 
@@ -190,27 +190,24 @@ begin
       limit := rate & (RAMP_VELOCITY_FRACTION - 1 downto 0 => '0');
       ends  <= '0';
 
-      -- Four carry chains serve nine sums and comparisons, one after the other. The lowest and the highest bit of `tick`
-      -- select the operands in the look-up tables of the chains.
-      is_odd  := tick(0);
-      is_late := tick(tick'high);
+      -- Four carry chains serve nine sums and comparisons, one after the other. The operands are selected in the look-up
+      -- tables of the chains.
+      swing := u_unsigned(less_or_more(signed('0' & velocity), signed(resize(acceleration, swing'length)), not takes_off));
 
-      swing := u_unsigned(less_or_more(signed('0' & velocity), signed(resize(acceleration, swing'length)), not is_odd));
-
-      judged         := faster when is_odd = '0' else '0' & velocity;
+      judged         := faster when of_margin = '0' else '0' & velocity;
       is_above_limit := is_less(signed("00" & limit), signed('0' & judged));
 
-      if is_odd = '0' then
-        way_change := resize(faster(faster'high downto RAMP_VELOCITY_FRACTION), WIDTH);
-      elsif is_late = '0' then
+      if of_way_back = '1' then
+        way_change := resize(whole, WIDTH);
+      elsif of_margin = '1' then
         way_change := resize(whole(whole'high downto RAMP_MARGIN_BITS), WIDTH);
       else
-        way_change := resize(whole, WIDTH);
+        way_change := resize(faster(faster'high downto RAMP_VELOCITY_FRACTION), WIDTH);
       end if;
-      next_way := u_unsigned(less_or_more(signed(way), signed(way_change), not (is_odd and is_late)));
+      next_way := u_unsigned(less_or_more(signed(way), signed(way_change), not of_way_back));
 
-      way_judged    := way_faster when is_odd = '0' else way_same;
-      is_far_enough := not is_less(signed('0' & size), signed('0' & way_judged));
+      way_judged    := way_faster when of_same = '0' else way_same;
+      is_short   := is_less(signed('0' & size), signed('0' & way_judged));
 
       case moment is
 
@@ -223,7 +220,7 @@ begin
         when ADD_WAY =>
           is_last       := slower(slower'high) or not (or slower);
           is_slow       := not (or whole(whole'high downto 1));
-          may_be_faster := not is_above_limit;
+          is_faster_too_fast := is_above_limit;
           way_straight  := next_way;
 
         when ADD_MARGIN =>
@@ -241,16 +238,16 @@ begin
           size      := size xor (size'range => size(size'high));
 
         when COMPARE_FASTER_NOW =>
-          is_for_faster := is_far_enough;
+          is_short_of_faster := is_short;
 
         when COMPARE_SAME_NOW =>
-          is_for_same := is_far_enough;
+          is_short_of_same := is_short;
 
         when CHOOSE_NOW =>
-          brakes := is_too_fast or goes_away or not is_for_same;
-          stops  := (not moves and not is_for_faster) or (is_zero and is_slow) or (brakes and is_last);
-          speeds := is_for_faster and may_be_faster and not brakes;
-          is_end := (not moves and not is_for_faster) or (is_zero and is_slow);
+          brakes := is_too_fast or goes_away or is_short_of_same;
+          stops  := (not moves and is_short_of_faster) or (is_zero and is_slow) or (brakes and is_last);
+          speeds := not (is_short_of_faster or is_faster_too_fast or brakes);
+          is_end := (not moves and is_short_of_faster) or (is_zero and is_slow);
           way_straight := next_way;
 
         when TAKE_OFF_NOW =>
@@ -304,6 +301,12 @@ begin
         ends     <= '0';
         stops_at_zero <= '0';
       end if;
+
+      -- These belong to the next clock, as `moment` does, also after a reset.
+      takes_off   := '1' when moment = SUBTRACT else '0';
+      of_margin   := '1' when moment = ADD_MARGIN else '0';
+      of_same     := '1' when moment = COMPARE_SAME_NOW else '0';
+      of_way_back := '1' when moment = TAKE_OFF_NOW else '0';
     end if;
 
   end process choose_velocity;

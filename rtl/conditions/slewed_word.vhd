@@ -19,6 +19,7 @@ library ieee;
   use work.carry_save_pkg.all;
   use work.conditions_pkg.all;
   use work.number_formats_pkg.all;
+  use work.tolerance_pkg.all;
 
 entity slewed_word is
   port (
@@ -47,7 +48,6 @@ begin
     variable way   : fine_word;
     variable goal  : fine_word;
     variable falls : std_ulogic;
-    variable size  : u_unsigned(fine_word'high + 1 downto 0);
 
   begin
 
@@ -56,11 +56,8 @@ begin
         goal    := resize(target, fine'length - BELOW) & (BELOW - 1 downto 0 => '0');
         way     := goal - fine;
         reached <= '0';
-        -- The magnitude of a negative way is (not way) + 1. No adder is needed for this 1: both sides of the comparison
-        -- get one more bit on the right, and this bit of `size` is 1 for a negative way.
-        falls := way(way'high);
-        size  := u_unsigned(way xor (way'range => falls)) & falls;
-        if size > ("000" & slew & '0') then
+        falls   := way(way'high);
+        if is_beyond(way, slew) = '1' then
           fine <= add_with_carry(fine, u_signed("000" & slew) xor (fine'range => falls), falls);
         else
           fine    <= goal;

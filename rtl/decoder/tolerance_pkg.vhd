@@ -14,8 +14,8 @@ package tolerance_pkg is
     tolerance : u_unsigned
   ) return std_ulogic;
 
-  -- Returns whether |number| >= bound, for a bound above 0.
-  function is_at_least (
+  -- Returns whether |number| > bound.
+  function is_beyond (
     number : u_signed;
     bound  : u_unsigned
   ) return std_ulogic;
@@ -54,7 +54,7 @@ package body tolerance_pkg is
 
   end function is_within;
 
-  function is_at_least (
+  function is_beyond (
     number : u_signed;
     bound  : u_unsigned
   ) return std_ulogic is
@@ -68,9 +68,9 @@ package body tolerance_pkg is
     -- comparison get one more bit on the right, and this bit of `size` is 1 for a negative number.
     falls := number(number'high);
     size  := u_unsigned(number xor (number'range => falls)) & falls;
-    return size ?> ((bound - 1) & '0');
+    return size ?> (bound & '0');
 
-  end function is_at_least;
+  end function is_beyond;
 
   function is_at_most (
     number : u_unsigned;

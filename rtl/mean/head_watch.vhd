@@ -176,6 +176,8 @@ begin
     variable reached : heads_bits;
     variable one     : integer range -1 to 1;
     variable last    : way;
+    -- missing_counts - 1 in a register, so that no subtraction precedes the comparisons
+    variable fewer_counts : u_unsigned(missing_counts'range) := (others => '0');
 
   begin
 
@@ -187,7 +189,7 @@ begin
 
         for other in 0 to HEADS - 1 loop
           reached(other) := '1' when other = head else
-                            is_at_least(to_signed(ahead(head)(other), missing_counts'length + 1), missing_counts);
+                            is_beyond(to_signed(ahead(head)(other), missing_counts'length + 1), fewer_counts);
           if steps(head) = '1' or watching = '0' then
             ahead(head)(other) := 0;
           elsif steps(other) = '1' then
@@ -202,6 +204,8 @@ begin
 
         dead(head) <= (and reached) and causes_wanted(3) and watching and (or missing_counts);
       end loop;
+
+      fewer_counts := missing_counts - 1;
 
       if reset = '1' then
         ahead := (others => (others => 0));
@@ -226,6 +230,9 @@ begin
 
     variable oldest_place : u_unsigned(2 downto 0);
     variable oldest      : std_ulogic_vector(differences'range);
+    -- step_limit - 1 in a register, so that no subtraction precedes the comparison
+    variable below_limit : u_unsigned(step_limit'range) := (others => '0');
+
     -- The pair of heads of this clock, and the heads that are not in it
     variable first       : moved_count;
     variable second      : moved_count;
@@ -267,7 +274,7 @@ begin
           end if;
         end loop;
 
-        is_apart := is_at_least(first - second, step_limit);
+        is_apart := is_beyond(first - second, below_limit);
         agree    := agree and not (left_over and (agree'range => is_apart));
 
         phase := phase + 1;
@@ -292,7 +299,8 @@ begin
         place    := place + 1;
         is_begun := '1';
       end if;
-      elapsed := elapsed + 1;
+      elapsed     := elapsed + 1;
+      below_limit := step_limit - 1;
 
       if settling > 0 then
         settling := settling - 1;

@@ -54,13 +54,16 @@ begin
     variable weight_1  : u_signed(HEAD_WEIGHT_WIDTH - 1 downto 0)                            := (others => '0');
     variable product_2 : u_signed(HEAD_DIFFERENCE_WIDTH + HEAD_WEIGHT_WIDTH - 1 downto 0)    := (others => '0');
     variable sum_3     : u_signed(MEAN_TERM_WIDTH - 1 downto 0)                              := (others => '0');
+    -- A register, so that no subtraction precedes the comparison
+    variable below_limit : u_unsigned(limit'range)                                           := (others => '0');
     variable head      : natural range 0 to 7;
     variable is_first  : std_ulogic;
 
   begin
 
     if rising_edge(clock) then
-      beyond <= (or limit) and is_at_least(parity(parity'high downto CORRECTION_FRACTION), limit);
+      beyond     <= (or limit) and is_beyond(parity(parity'high downto CORRECTION_FRACTION), below_limit);
+      below_limit := limit - 1;
 
       -- Head h (from 0 on) is read when `turn` is h; its product is added when `turn` is h + 2.
       head := to_integer(turn);

@@ -107,8 +107,8 @@ TABLE_CONDITIONS = Proof(
         ),
         Break(
             "a word moves beyond its target",
-            "        if size > (\"000\" & slew & '0') then\n",
-            "        if size > 0 then\n",
+            "        if is_beyond(way, slew) = '1' then\n",
+            "        if is_beyond(way, slew and (slew'range => '0')) = '1' then\n",
             entity="slewed_word",
         ),
         Break(
