@@ -286,7 +286,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "index_by_the_last_step",
         "the direction of an index is that of the previous step, not of its own step",
-        "rtl/decoder/index_zero.vhd",
+        "rtl/decoder/index_detector.vhd",
         "          settled_level := before;\n",
         "          settled_level := z;\n",
         "tb/decoder/test_index_zero.py",
@@ -294,7 +294,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "index_reversal_within_a_count",
         "a change of Z within a count is assigned to the next step",
-        "rtl/decoder/index_zero.vhd",
+        "rtl/decoder/index_detector.vhd",
         "      if (until_settled = 0 and since_settled >= INDEX_SKEW) then\n",
         "      if (until_settled /= 0) then\n",
         "tb/decoder/test_index_zero.py",
