@@ -78,34 +78,6 @@ CORRECTION_RAMP = Proof(
             skip=17,
         ),
         Break(
-            "the ramp brakes too late, because the margin is missing",
-            "way_same     := way + whole(whole'high downto RAMP_MARGIN_BITS);\n",
-            "way_same     := way;\n",
-            entity="ramp_velocity",
-            skip=20,
-        ),
-        Break(
-            "the braking distance lacks the distance of the new velocity",
-            "            way      := way_more;\n",
-            "            way      := way;\n",
-            entity="ramp_velocity",
-            skip=17,
-        ),
-        Break(
-            "the ramp decides with a remainder from before a marker",
-            "          is_unknown := is_stale or marker;\n",
-            "          is_unknown := marker;\n",
-            entity="ramp_velocity",
-            skip=17,
-        ),
-        Break(
-            "the excess falls also if it must rise",
-            "              falling <= not excess(excess'high);\n",
-            "              falling <= '1';\n",
-            entity="ramp_velocity",
-            skip=17,
-        ),
-        Break(
             "the fraction of a unit is lost",
             "      fraction := sum(fraction'range);\n",
             "      fraction := (others => '0');\n",
@@ -116,12 +88,6 @@ CORRECTION_RAMP = Proof(
             "      step_rises <= not falling;\n",
             "      step_rises <= '1';\n",
             entity="ramp_velocity",
-        ),
-        Break(
-            "the ramp does not end if the excess rises",
-            "  ends_now <= is_at_rest or ends or (",
-            "  ends_now <= is_at_rest or (ends and falling) or (",
-            skip=18,
         ),
         Break(
             "with acceleration 0 an excess that rises passes 0",
