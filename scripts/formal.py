@@ -86,7 +86,9 @@ def versions() -> str:
     return ", ".join(stated)
 
 
-def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[str, int]) -> str:
+def _job(
+    proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[str, int], skip: int
+) -> str:
     rules = proof.rules
     netlists = (netlist, *(f"{entity}.v" for entity in proof.further))
     script = [
@@ -119,6 +121,7 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
             "[options]",
             f"mode {mode}",
             f"depth {depth}",
+            *([f"skip {skip}"] if skip else []),
             # z3 takes longer to write all wires of a trace than to find it, and only the trace of a
             # failed proof is read.
             f"vcd {'on' if mode == 'prove' else 'off'}",
@@ -134,13 +137,15 @@ def _job(proof: Proof, mode: str, depth: int, netlist: str, generics: Mapping[st
     )
 
 
-def _verdict(proof: Proof, mode: str, depth: int, folder: Path, generics: Mapping[str, int]) -> str:
+def _verdict(
+    proof: Proof, mode: str, depth: int, folder: Path, generics: Mapping[str, int], skip: int = 0
+) -> str:
     """Run SymbiYosys in one mode; return PASS, FAIL or UNKNOWN. Raises ToolError if SymbiYosys
     gives no verdict."""
     rules = f"{proof.rules}.sv"
     shutil.copy(ROOT / "formal" / rules, folder)
     job = folder / f"{mode}.sby"
-    job.write_text(_job(proof, mode, depth, f"{proof.entity}.v", generics), encoding="utf-8")
+    job.write_text(_job(proof, mode, depth, f"{proof.entity}.v", generics, skip), encoding="utf-8")
     tools = find_sby()
     translate_yosys(tools[2])
     command = [*tools, "-f", "-d", mode, job.name]
@@ -213,7 +218,7 @@ def notices(proof: Proof, fault: Break, folder: Path) -> bool:
     generics = proof.small or proof.generics
     _write_netlists(proof, folder, generics, sources)
     depth = max(proof.depth, proof.cover_depth)
-    return _verdict(proof, "bmc", depth, folder, generics) == "FAIL"
+    return _verdict(proof, "bmc", depth, folder, generics, fault.skip) == "FAIL"
 
 
 def broken_sources(proof: Proof, fault: Break, folder: Path) -> tuple[Path, ...]:

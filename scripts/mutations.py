@@ -286,7 +286,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "index_by_the_last_step",
         "the direction of an index is that of the previous step, not of its own step",
-        "rtl/decoder/index_zero.vhd",
+        "rtl/decoder/index_detector.vhd",
         "          settled_level := before;\n",
         "          settled_level := z;\n",
         "tb/decoder/test_index_zero.py",
@@ -294,7 +294,7 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "index_reversal_within_a_count",
         "a change of Z within a count is assigned to the next step",
-        "rtl/decoder/index_zero.vhd",
+        "rtl/decoder/index_detector.vhd",
         "      if (until_settled = 0 and since_settled >= INDEX_SKEW) then\n",
         "      if (until_settled /= 0) then\n",
         "tb/decoder/test_index_zero.py",
@@ -430,17 +430,17 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "folded_bank_cut_in_two",
         "a swap takes effect while lanes still process an angle",
-        "rtl/coefficients/coefficient_memory.vhd",
-        "may_swap  <= swap_allowed and is_quiet",
-        "may_swap  <= is_quiet",
+        "rtl/coefficients/bank_swap.vhd",
+        "may_swap       <= swap_allowed and ready;",
+        "may_swap       <= ready;",
         "tb/core/test_compensation_pipeline.py::test_folded_swaps_are_atomic",
     ),
     Mutation(
         "folded_lanes_out_of_step",
         "the amplitudes of a folded lane come one slot late",
-        "rtl/coefficients/coefficient_memory.vhd",
-        "amplitude_slot <= later(slot, 2 - AMPLITUDE_DELAY);",
-        "amplitude_slot <= later(slot, 1 - AMPLITUDE_DELAY);",
+        "rtl/coefficients/bank_swap.vhd",
+        "slot_of_amplitude <= later(slot, 2 - AMPLITUDE_DELAY);",
+        "slot_of_amplitude <= later(slot, 1 - AMPLITUDE_DELAY);",
         "tb/core/test_compensation_pipeline.py::test_folds_give_the_same_corrections",
     ),
     Mutation(
@@ -478,15 +478,15 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "mixed_banks",
         "phases of the new bank are added to phase steps of the old bank",
-        "rtl/coefficients/coefficient_memory.vhd",
+        "rtl/coefficients/bank_swap.vhd",
         "if swapped(PHASE_OFFSET_DELAY - 1) = '1' then",
-        "if swap_now = '1' then",
+        "if takes_place = '1' then",
         "tb/coefficients/test_coefficient_memory.py",
     ),
     Mutation(
         "banks_that_disagree",
         "phases use another bank than phase steps if the banks differed at power-up",
-        "rtl/coefficients/coefficient_memory.vhd",
+        "rtl/coefficients/bank_swap.vhd",
         "phase_bank <= step_bank;",
         "phase_bank <= not phase_bank;",
         "tb/instrument/test_equal.py::test_core",
@@ -502,9 +502,9 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
     Mutation(
         "idle_bank_not_filled",
         "after a swap the idle bank keeps the words from before the swap",
-        "rtl/coefficients/coefficient_memory.vhd",
-        "      if copying(LAST_COPY) = '1' then\n",
-        "      if copying(LAST_COPY) = 'U' then\n",
+        "rtl/coefficients/idle_words.vhd",
+        "      if start_fill = '1' then\n",
+        "      if start_fill = 'U' then\n",
         "tb/coefficients/test_coefficient_memory.py",
     ),
     Mutation(

@@ -84,7 +84,7 @@ architecture rtl of correction_ramp is
   signal is_at_rest  : std_ulogic            := '1';
   signal ends_now    : std_ulogic;
 
-  signal step           : u_signed(25 downto 0);
+  signal step           : u_signed(33 - RAMP_TICK_WIDTH downto 0);
   signal step_rises      : std_ulogic;
   signal falling        : std_ulogic;
   signal ends           : std_ulogic;

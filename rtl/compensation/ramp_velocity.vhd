@@ -5,7 +5,8 @@
 -- Computes by how much the remainder of a ramp changes in each clock, so that the remainder reaches 0 without a step of
 -- its velocity. Every 256 clocks the velocity rises by one step, 256 clocks · `acceleration`, up to `rate`, or falls by
 -- one step, early enough that remainder and velocity reach 0 together. The velocity rises, or stays, only if the
--- remainder is at least the braking distance from the resulting velocity, so the remainder does not pass 0.
+-- remainder is at least the braking distance from the resulting velocity, so the remainder passes 0 by at most one unit
+-- 2⁻ᶠ; then the ramp ends.
 --
 -- **Changes of the remainder** at any time (`marker`) cause no step of the velocity. If the changed remainder has the
 -- other sign, or is smaller than the braking distance, the velocity falls first, and the remainder passes 0 and
@@ -18,7 +19,8 @@
 -- from the second clock after a marker on.
 --
 -- **Rate 0** brings the velocity down to 0 and keeps the remainder (a remainder below 2⁻¹⁰ count may become 0). A rate
--- below one step does the same, unless the acceleration is 0.
+-- below one step does the same, unless the acceleration is 0. With an acceleration below 2¹⁶, with which the first step
+-- moves the excess by less than a unit, an excess of exactly -2⁻ᶠ stays, and `moves` stays high.
 --
 -- **Latency.** `step`, `ends` and `falling` belong to the clock in which they are output. The remainder is read once in
 -- 256 clocks, 15 clocks before the velocity changes. The braking distance has a margin for these 15 clocks: an eighth
@@ -47,7 +49,7 @@ entity ramp_velocity is
     excess       : in    u_signed(22 + PAIR_FRACTION downto 0);                    -- counts, s22.F
     rate         : in    u_unsigned(31 downto 0);                                  -- 2⁻¹¹ count per clock, u8.24
     acceleration : in    u_unsigned(31 downto 0);                                  -- 2⁻⁵⁹ count per clock²
-    step         : out   u_signed(25 downto 0)              := (others => '0');    -- counts, s-2.F, to be added to the excess
+    step         : out   u_signed(33 - RAMP_TICK_WIDTH downto 0) := (others => '0'); -- counts, s-2.F, to be added to the excess
     step_rises   : out   std_ulogic                         := '1';                -- low: add 2⁻ᶠ count to step
     falling      : out   std_ulogic                         := '0';                -- high: the excess falls; low: it rises
     ends         : out   std_ulogic                         := '0';                -- strobe: the excess must become 0
@@ -80,13 +82,13 @@ architecture rtl of ramp_velocity is
 
   -- Returns the action of the clock that follows clock `tick`.
   function moment_after (
-    tick : natural range 0 to 255
+    tick : natural range 0 to DECIDE
   ) return moment_of_tick is
   begin
 
     case tick is
 
-      when 255 =>
+      when DECIDE =>
         return ADD;
 
       when 0 =>

@@ -2,7 +2,7 @@
 --
 -- # index_zero
 --
--- Detects the index mark in Z and counts the angle modulo `counts_per_rev` from the zero that the first mark defines.
+-- Counts the angle modulo `counts_per_rev` from the zero that the first index mark defines (index_detector detects it).
 -- It checks the distance between marks and, if `zero_again` permits, moves the zero. Source: section 3.1 and figure 5
 -- of the paper.
 --
@@ -20,20 +20,11 @@
 -- position of the zero, and wraps likewise. As long as neither of the two wraps, angle equals turn_position modulo
 -- counts_per_rev in every clock, even before the first index.
 --
--- **Index.** The zero is one edge of Z: the rising edge while counting up, which is the falling edge while counting
--- down. Each change of Z is assigned to the step of A or B that is at most INDEX_SKEW clocks before or after it: the
--- level of Z is sampled INDEX_SKEW clocks after the step, or just before the next step, and compared with the level
--- sampled for the step before. While counting up, the entity latches the position after the step; while counting down,
--- it latches the position before the step. So both directions give the same count. If Z changes within a count, more
--- than INDEX_SKEW clocks from both edges of the count, the entity latches this count and the direction of the step that
--- leaves it. So a reversal within the count has no effect, and the direction is always that of the present motion.
--- Even with skewed pins or a vibration at one edge of the mark, the entity distinguishes the two edges of the mark if
--- the time between two opposite steps is longer than the time between a change of Z and its step. A `filter_length`
--- above INDEX_SKEW ensures this. The first index after reset or rearm defines the zero of angle and turn_position;
--- later indices do not change this zero, except by `zero_again`. Each later index must lie 0 or +-counts_per_rev from
--- the index before it, within +-`index_tolerance`; otherwise `index_error` is set, because counts or an index were lost
--- or added. The position of a true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a
--- slip by one period of A and B adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
+-- **Index.** The first index after reset or rearm defines the zero of angle and turn_position; later indices do not
+-- change this zero, except by `zero_again`. Each later index must lie 0 or +-counts_per_rev from the index before it,
+-- within +-`index_tolerance`; otherwise `index_error` is set, because counts or an index were lost or added. The
+-- position of a true mark repeats within +-1 count, so two of its positions differ by up to 2 counts; a slip by one
+-- period of A and B adds 4 counts. `index_interval` reads 0 while there are fewer than two marks.
 --
 -- **Moving the zero.** With `zero_again` high the zero moves 3 clocks after the `index_strobe` of a mark that proves
 -- the zero wrong. A mark proves this in two cases. Either it is misplaced and `other_head_agrees` is high (see
@@ -46,15 +37,7 @@
 -- increments, index_error is set, and its counter increments once. The position keeps its error. With `heal` high,
 -- `zero_slip` is subtracted from `put_back` in that clock, so that position + put_back does not contain the slip; a
 -- slip outside of -2¹⁴ to 2¹⁴ - 1 counts is not put back. `index_trusted` pulses 3 clocks after index_strobe if the
--- mark lies at the zero. If Z normally changes within a count, but at one speed changes near an edge of that count, the
--- index is one count off at that speed.
---
--- **Fastest index.** With pins skewed by up to s clocks, 1 to INDEX_SKEW, a count must last at least s + INDEX_SKEW + 1
--- clocks for this detection, that is 5, 6 or 7 clocks; 7 clocks are 14 million counts per second at 100 MHz. If Z
--- changes half a count from its step, the limit is twice 7 clocks. At higher speeds a change of Z before a step cannot
--- be distinguished from a change after the previous step, and the entity may take the other edge of a mark. With pins
--- that change in the same clock each mark is placed correctly at any speed. A Z edge before the first step after reset
--- belongs to that step.
+-- mark lies at the zero.
 --
 -- **Rearm.** While `rearm` is high, angle and turn_position are 0 and the index is cleared (index_seen and
 -- index_interval are 0; index_position keeps its value). The position keeps counting. After rearm, angle and
@@ -62,8 +45,7 @@
 -- 2²⁴, any integer) is sampled while rearm, preload or reset is high; at other times a change has no effect.
 -- index_tolerance may change at any time.
 --
--- **Reset.** While `preload` is high, a change of Z does not count as a mark; detection starts from the level that Z
--- has in the last clock of `preload`.
+-- **Reset** clears the index and all outputs.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -237,8 +219,12 @@ architecture rtl of index_zero is
   signal angle_is_second : std_ulogic  := '0';
   signal place_of_angle  : u_unsigned(ANGLE_WIDTH - 1 downto 0);
 
-  -- High if an index that belongs to the previous step is detected in this clock.
-  signal meets_index   : std_ulogic                    := '0';
+  -- Stage 1, of index_detector. meets_index is high if an index that belongs to the previous step is detected in this
+  -- clock.
+  signal meets_index   : std_ulogic;
+  signal meets_up      : std_ulogic;
+  signal meets_inside  : std_ulogic;
+  signal leaves_inside : std_ulogic;
   -- judged is high in the clock in which a mark is checked. are_within has one flag for each permitted distance from
   -- the previous mark, within the tolerance: 0 (bit 2), a turn up (bit 1), a turn down (bit 0)
   signal judged        : std_ulogic                    := '0';
@@ -272,27 +258,21 @@ begin
   is_slip    <= moves_zero and has_slip and not rearm;
   misplaced  <= is_off or is_slip;
 
+  detector : entity work.index_detector
+    port map (
+      clock         => clock,
+      reset         => reset,
+      preload       => preload,
+      z             => z,
+      edge          => edge,
+      meets         => meets_index,
+      is_up         => meets_up,
+      is_inside     => meets_inside,
+      leaves_inside => leaves_inside
+    );
+
   find : process (clock) is
 
-    -- Level of Z one clock ago
-    variable before          : std_ulogic                              := '0';
-    -- index_level is the level of Z that is assigned to the last step, or to the count before it. until_settled is the
-    -- number of clocks until Z is sampled for the present step, since_settled the number of clocks since then
-    variable index_level     : std_ulogic                              := '0';
-    variable until_settled   : natural range 0 to INDEX_SKEW           := 0;
-    variable since_settled   : natural range 0 to INDEX_SKEW + 1       := 0;
-    variable settled_level   : std_ulogic;
-    variable settles         : std_ulogic;
-    -- Levels of Z in the clocks before, the latest in the low bit
-    variable earlier_levels  : std_ulogic_vector(INDEX_SKEW downto 0)  := (others => '0');
-    -- was_inside is high if Z changed within the count that the present step left; may_be_inside is high if Z may have
-    -- changed there
-    variable may_be_inside   : std_ulogic;
-    variable was_inside      : std_ulogic                              := '0';
-    variable meets           : std_ulogic;
-    variable meets_up        : std_ulogic                              := '1';
-    variable meets_inside    : std_ulogic                              := '0';
-    variable leaves_inside   : std_ulogic                              := '0'; -- Z changed within the count that an upward step left
     -- Stage 2: two counters. One counter counts from the zero, the other one from the latest index. If the zero moves
     -- to that index, the counters exchange their roles.
     variable places          : turn_places                             := (others => ZERO_PLACE);
@@ -427,59 +407,6 @@ begin
         end if;
       end if;
 
-      -- Stage 1: assign a level of Z to the previous step. It is sampled after the pins have settled, or is the last
-      -- level before the present step.
-      settled_level := z;
-      settles       := '0';
-      -- may_be_inside is high if Z has had time to change again within the count that the present step leaves.
-      may_be_inside := '0';
-      if (until_settled = 0 and since_settled >= INDEX_SKEW) then
-        may_be_inside := '1';
-      end if;
-
-      if (until_settled /= 0) then
-        if (edge.comes = '1') then
-          settled_level := before;
-          settles       := '1';
-        elsif (until_settled = 1) then
-          settles := '1';
-        end if;
-        until_settled := until_settled - 1;
-      end if;
-
-      if (since_settled <= INDEX_SKEW) then
-        since_settled := since_settled + 1;
-      end if;
-
-      meets := '0';
-      if (settles = '1') then
-        meets_inside  := was_inside and (index_level xnor edge.up);
-        meets         := meets_inside or ((settled_level xor index_level) and (settled_level xnor edge.up));
-        meets_up      := edge.up;
-        leaves_inside := edge.up and meets_inside;
-        index_level   := settled_level;
-        until_settled := 0;
-        since_settled := 0;
-      end if;
-
-      if (preload = '1') then
-        meets         := '0';
-        until_settled := 0;
-        since_settled := 0;
-        index_level   := z;
-      end if;
-
-      if (edge.comes = '1') then
-        until_settled := INDEX_SKEW;
-        was_inside    := '0';
-        if (may_be_inside = '1') then
-          was_inside  := earlier_levels(INDEX_SKEW) xor index_level;
-          index_level := earlier_levels(INDEX_SKEW);
-        end if;
-      end if;
-      earlier_levels := earlier_levels(INDEX_SKEW - 1 downto 0) & z;
-      before         := z;
-
       -- A new counts_per_rev is sampled only while no unit counts with the old value.
       is_long_turn <= or last_angle(last_angle'high downto 3);
       if (reset = '1' or preload = '1' or rearm = '1') then
@@ -500,8 +427,6 @@ begin
       end if;
 
       if (reset = '1') then
-        until_settled   := 0;
-        meets           := '0';
         passed_index    := '0';
         index_before    := '0';
         repeats         := '0';
@@ -522,7 +447,6 @@ begin
         index_direction <= '1';
         index_interval  <= (others => '0');
       end if;
-      meets_index <= meets;
 
       is_old_enough <= '0';
       if (since_index = INDEX_JUDGED_AFTER) then

@@ -7,6 +7,7 @@ from scripts.formal_proofs.coefficients import (
     COEFFICIENT_MEMORY_FOLDED,
     TURN_OFFSET_SWEEP,
 )
+from scripts.formal_proofs.compensation import CORRECTION_RAMP
 from scripts.formal_proofs.conditions import STOP_OPERATOR, TABLE_CONDITIONS
 from scripts.formal_proofs.core import ARCTRUE_CORE, COMPENSATION_PIPELINE
 from scripts.formal_proofs.in_and_out import (
@@ -36,6 +37,7 @@ PROOFS = (
     COMPENSATION_PIPELINE,
     AMPLITUDE_SWEEP,
     TURN_OFFSET_SWEEP,
+    CORRECTION_RAMP,
 )
 """Proofs in the order of docs/proofs.md."""
 

@@ -15,6 +15,8 @@ class Break:
     old: str
     new: str
     entity: str = ""  # empty: the fault is in the entity of the proof
+    # Clocks in which no assertion can fail yet; the search for a counterexample skips them.
+    skip: int = 0
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ LONGEST = (
     "coefficient_memory",
     "coefficient_memory_folded",
     "compensation_pipeline",
+    "correction_ramp",
     "head_failover",
     "quadrature_decoder",
     "quadrature_output",
