@@ -12,12 +12,12 @@ module correction_ramp_rules (
     input signed [15:0] withdrawn, input [1:0] rate
 );
 
-    localparam LOOK = 11; // clock of a tick in which the excess is read
+    localparam LOOK = 9; // clock of a tick in which the excess is read
     localparam LAST = 15; // last clock of a tick, in which the velocity changes
     localparam MOST = 12; // largest velocity, and largest number of steps to it
-    // By how much, in units / 16, r may fall short of the braking distance: 6 clocks pass from the reading of the excess
-    // to the new velocity, for which the margin lacks 6 at odd distances, and the fraction has 15.
-    localparam SLACK = 21;
+    // By how much, in units / 16, r may fall short of the braking distance: 8 clocks pass from the reading of the excess
+    // to the new velocity, for which the margin lacks 8 at odd distances, and the fraction has 15.
+    localparam SLACK = 23;
     // Largest |excess|: a correction of 2**20 counts, a total of 2**19 and the longest braking distance.
     localparam signed [39:0] FARTHEST = 3 * (40'd1 << 29) + 34;
 
@@ -41,12 +41,12 @@ module correction_ramp_rules (
     wire [33:0] probe_velocity;
     wire [3:0] probe_tick, probe_moment;
     wire [32:0] probe_way, probe_way_straight, probe_way_faster, probe_way_same, probe_size;
-    wire [32:0] probe_way_less, probe_way_more;
+    wire [32:0] probe_way_less;
     wire [34:0] probe_faster, probe_slower;
-    wire [31:0] probe_to_take_off;
-    wire probe_may_be_faster, probe_is_too_fast, probe_is_stale, probe_is_zero, probe_goes_away;
+    wire probe_takes_off, probe_of_margin, probe_of_same, probe_of_way_back;
+    wire probe_is_faster_too_fast, probe_is_too_fast, probe_is_stale, probe_is_zero, probe_goes_away;
     wire probe_is_last, probe_is_slow, probe_brakes, probe_stops, probe_speeds, probe_is_end;
-    wire probe_is_for_faster, probe_is_for_same;
+    wire probe_is_short_of_faster, probe_is_short_of_same;
     wire [3:0] probe_fraction;
     wire probe_was_marker;
 
@@ -66,7 +66,8 @@ module correction_ramp_rules (
     reg running = 0;
     reg [3:0] level = 0; // number of steps of the velocity
     reg [3:0] tick = 0;
-    reg [1:0] rate_met = 0; // the rate with which the next velocity is compared
+    // The rates with which a higher velocity, and one clock later the present velocity, are compared
+    reg [1:0] rate_met = 0, rate_kept = 0;
     reg signed [32:0] looked = 0; // the excess as it was read
     reg stale = 0; // the excess has changed since
     // The ramp has compared the excess with the braking distance since the last marker, and moves.
@@ -80,6 +81,7 @@ module correction_ramp_rules (
     wire [5:0] more = velocity + acceleration;
     wire signed [5:0] less = velocity - acceleration;
     wire [3:0] bound = {rate_met, 2'b00};
+    wire [3:0] bound_kept = {rate_kept, 2'b00};
     wire catches = probe_marker_then[1];
     wire unknown = stale || catches;
 
@@ -88,8 +90,8 @@ module correction_ramp_rules (
     wire away = level != 0 && (probe_falling ? looked < 0 : looked >= 0);
     wire for_faster = size >= way + more[5:2] + more[5:3];
     wire for_same = size >= way + whole[3:1];
-    wire brakes = velocity > bound || away || !for_same;
-    wire ends = (level == 0 && !for_faster) || (looked == 0 && whole <= 1);
+    wire brakes = velocity > bound_kept || away || !for_same;
+    wire ends = (level == 0 && !for_faster) || (size == 0 && whole <= 1);
     wire stops = ends || (brakes && level <= 1);
     wire speeds = for_faster && more <= bound && !brakes;
     wire [3:0] next_level = at_once ? 0 : tick != LAST ? level
@@ -117,7 +119,7 @@ module correction_ramp_rules (
 
     // One and two clocks ago.
     reg marker_1 = 0, marker_2 = 0, reset_1 = 1, catches_1 = 0, catches_2 = 0, rested_1 = 1, ends_1 = 0, ended_1 = 0;
-    reg [1:0] rate_1 = 0, rate_met_1 = 0;
+    reg [1:0] rate_1 = 0, rate_met_1 = 0, rate_kept_1 = 0;
     reg [5:0] velocity_1 = 0;
     reg [3:0] fraction_1 = 0;
 
@@ -130,7 +132,8 @@ module correction_ramp_rules (
         running <= 1;
         tick <= tick + 1;
         level <= next_level;
-        if (tick == 1) rate_met <= rate;
+        if (tick == 2) rate_met <= rate;
+        if (tick == 3) rate_kept <= rate;
         if (tick == LOOK) begin
             looked <= probe_next_excess;
             stale <= 0;
@@ -150,9 +153,10 @@ module correction_ramp_rules (
         catches_2 <= catches_1;
         rested_1 <= probe_is_at_rest;
         ends_1 <= probe_ends && !reset;
-        ended_1 <= tick == LAST && !unknown && looked == 0 && whole <= 1;
+        ended_1 <= tick == LAST && !unknown && size == 0 && whole <= 1;
         rate_1 <= rate;
         rate_met_1 <= rate_met;
+        rate_kept_1 <= rate_kept;
         velocity_1 <= probe_velocity;
         fraction_1 <= probe_fraction;
         if (reset) begin
@@ -179,7 +183,7 @@ module correction_ramp_rules (
                 || tick == 0 && (probe_velocity == velocity_1 + acceleration || probe_velocity + acceleration == velocity_1
                                  || probe_velocity == 0 && (velocity_1 <= acceleration || ended_1 && velocity_1 < 8)));
             velocity_limit: assert (at_once || probe_velocity <= velocity_1 || probe_velocity <= {rate_met_1, 2'b00});
-            slows_to_the_rate: assert (at_once || tick != 0 || probe_velocity < velocity_1 || velocity_1 <= {rate_met_1, 2'b00}
+            slows_to_the_rate: assert (at_once || tick != 0 || probe_velocity < velocity_1 || velocity_1 <= {rate_kept_1, 2'b00}
                 || reset_1 || velocity_1 == 0);
             rate_at_once: assert (!at_once || probe_velocity == (reset_1 ? 0 : {rate_1, 2'b00}));
 
@@ -199,9 +203,9 @@ module correction_ramp_rules (
             if (led) no_overshoot: assert (left >= -1);
 
             // r arrives: in each tick without a marker it falls, or the velocity rises, or the ramp ends. A rate that is
-            // too small never moves it, and neither does an acceleration below one unit per tick if r is one unit.
-            if (!at_once && tick == LAST && !unknown && looked != 0 && bound >= acceleration + 4)
-                arrives: assert (whole != 0 || next_level > level || ends || away || looked == -1);
+            // too small never moves it.
+            if (!at_once && tick == LAST && !unknown && looked != 0 && bound >= acceleration + 4 && bound_kept >= acceleration + 4)
+                arrives: assert (whole != 0 || next_level > level || ends || away);
             if (!at_once && tick == LAST && !unknown && away) turns_back: assert (next_level < level);
             ends_near_0: assert (!probe_ends || probe_next_excess <= end_step && probe_next_excess >= -end_step);
             ends_at_0: assert (!ends_1 || catches_1 || probe_is_at_rest);
@@ -209,7 +213,7 @@ module correction_ramp_rules (
 
             // Lemmas: clocks, markers and the state at rest.
             assert (probe_tick == tick);
-            assert (probe_moment == (tick < 4 ? tick : tick < LOOK ? 9 : tick < LAST ? tick - LOOK + 4 : 8));
+            assert (probe_moment == (tick < 4 ? tick : tick < LOOK ? 11 : tick - LOOK + 4));
             assert (probe_is_at_once == at_once);
             assert (probe_marker_then == {marker_1, marker_2});
             assert (probe_was_marker == catches_1);
@@ -225,7 +229,10 @@ module correction_ramp_rules (
             assert (probe_moves == (level != 0));
             assert (level <= MOST && velocities[level] <= MOST);
             assert (probe_way == way);
-            assert (probe_to_take_off == acceleration);
+            assert (probe_takes_off == (tick == 1));
+            assert (probe_of_margin == (tick == 3));
+            assert (probe_of_same == (tick == LOOK + 3));
+            assert (probe_of_way_back == (tick == LOOK + 5));
             assert (!led || level != 0);
             if (at_once) begin
                 assert (level == 0);
@@ -242,39 +249,38 @@ module correction_ramp_rules (
                 assert (change == 0 || change == (probe_falling ? -1 : 1));
                 if (tick >= 1) begin
                     assert (probe_faster == more);
-                    assert ($signed(probe_slower) == less);
                     assert ($signed({pending, 4'd0}) + fraction <= distance + 15);
                 end
-                if (tick >= 2) begin
+                if (tick >= 2) assert ($signed(probe_slower) == less);
+                if (tick >= 3) begin
                     assert (probe_is_last == (level <= 1));
                     assert (probe_is_slow == (whole <= 1));
-                    assert (probe_may_be_faster == (more <= bound));
-                    assert (probe_is_too_fast == (velocity > bound));
-                end
-                if (tick >= 3) begin
+                    assert (probe_is_faster_too_fast == (more > bound));
                     assert (probe_way_straight == way + more[5:2]);
-                    assert (probe_way_same == way + whole[3:1]);
                 end
-                if (tick >= 4) assert (probe_way_faster == way + more[5:2] + more[5:3]);
+                if (tick >= 4) begin
+                    assert (probe_is_too_fast == (velocity > bound_kept));
+                    assert (probe_way_same == way + whole[3:1]);
+                    assert (probe_way_faster == way + more[5:2] + more[5:3]);
+                end
                 if (tick > LOOK) begin
                     assert (probe_is_stale == stale);
                     if (tick == LOOK + 1) assert ($signed(probe_size) == looked);
                     if (tick > LOOK + 1) begin
                         assert (probe_size == size);
-                        assert (probe_is_zero == (looked == 0));
                         assert (probe_goes_away == away);
                     end
                     if (tick > LOOK + 2) begin
-                        assert (probe_is_for_faster == for_faster);
-                        assert (probe_is_for_same == for_same);
+                        assert (probe_is_zero == (size == 0));
+                        assert (probe_is_short_of_faster == !for_faster);
                     end
-                    if (tick == LAST) begin
+                    if (tick > LOOK + 3) assert (probe_is_short_of_same == !for_same);
+                    if (tick > LOOK + 4) begin
                         assert (probe_brakes == brakes);
                         assert (probe_stops == stops);
                         assert (probe_speeds == speeds);
                         assert (probe_is_end == ends);
-                        assert (level == 0 || probe_way_less == way - whole);
-                        assert (probe_way_more == way + more[5:2]);
+                        assert (tick != LAST || level == 0 || probe_way_less == way - whole);
                     end
                     if (!stale) begin
                         if (level == 0) assert (probe_next_excess == looked);

@@ -19,8 +19,7 @@
 -- from the second clock after a marker on.
 --
 -- **Rate 0** brings the velocity down to 0 and keeps the remainder (a remainder below 2⁻¹⁰ count may become 0). A rate
--- below one step does the same, unless the acceleration is 0. With an acceleration below 2¹⁶, with which the first step
--- moves the excess by less than a unit, an excess of exactly -2⁻ᶠ stays, and `moves` stays high.
+-- below one step does the same, unless the acceleration is 0.
 --
 -- **Latency.** `step`, `ends` and `falling` belong to the clock in which they are output. The remainder is read once in
 -- 256 clocks, 15 clocks before the velocity changes. The braking distance has a margin for these 15 clocks: an eighth
@@ -235,11 +234,12 @@ begin
           size     := u_unsigned(excess);
 
         when MEASURE_NOW =>
-          is_zero   := not (or size);
           goes_away := moves and (falling xnor size(size'high));
           size      := size xor (size'range => size(size'high));
 
         when COMPARE_FASTER_NOW =>
+          -- An excess of one unit below 0 counts as 0: with a small acceleration, no step would move it.
+          is_zero            := not (or size);
           is_short_of_faster := is_short;
 
         when COMPARE_SAME_NOW =>

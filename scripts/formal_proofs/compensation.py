@@ -13,10 +13,11 @@ _RAMP_SIGNALS = {
 }
 
 _DECISION_VARIABLES = (
-    *("tick", "moment", "way", "way_straight", "way_faster", "way_same", "way_less", "way_more"),
-    *("size", "faster", "slower", "to_take_off", "may_be_faster", "is_too_fast", "is_stale"),
+    *("tick", "moment", "way", "way_straight", "way_faster", "way_same", "way_less"),
+    *("size", "faster", "slower", "is_faster_too_fast", "is_too_fast", "is_stale"),
     *("is_zero", "goes_away", "is_last", "is_slow", "brakes", "stops", "speeds", "is_end"),
-    *("is_for_faster", "is_for_same"),
+    *("is_short_of_faster", "is_short_of_same"),
+    *("takes_off", "of_margin", "of_same", "of_way_back"),
 )
 
 CORRECTION_RAMP = Proof(
@@ -32,8 +33,8 @@ CORRECTION_RAMP = Proof(
         "0 by at most one unit; with acceleration 0 it does not pass 0. After any marker it passes "
         "0 by at most one unit from the first tick on in which it need not brake",
         "r arrives: in each tick without a marker r decreases, or the velocity rises, or the ramp "
-        "ends, unless the rate is less than a step and a unit per tick, or r is one unit; from the "
-        "end on, r is 0 until the next marker",
+        "ends, unless the rate is less than a step and a unit per tick; from the end on, r is 0 until "
+        "the next marker",
     ),
     limits="the rate is 0 to 3 units per tick and may change in any clock; the acceleration is "
     "0 to 15 quarters of a unit per tick and constant; the total is left to the benches",
@@ -42,7 +43,7 @@ CORRECTION_RAMP = Proof(
         "RAMP_TICK_WIDTH": 4,
         "RAMP_VELOCITY_FRACTION": 2,
         "RAMP_MARGIN_BITS": 1,
-        "RAMP_LOOK_CLOCK": 11,
+        "RAMP_LOOK_CLOCK": 9,
     },
     depth=1,
     cover_depth=22,
@@ -59,14 +60,14 @@ CORRECTION_RAMP = Proof(
     breaks=(
         Break(
             "the velocity rises above the rate",
-            "not is_less(signed(\"00\" & limit), signed('0' & faster));\n",
-            "'1';\n",
+            "          is_faster_too_fast := is_above_limit;\n",
+            "          is_faster_too_fast := '0';\n",
             entity="ramp_velocity",
         ),
         Break(
             "the velocity does not follow a rate that becomes lower",
-            "is_too_fast   := is_less(signed('0' & limit), signed('0' & velocity));\n",
-            "is_too_fast   := '0';\n",
+            "          is_too_fast := is_above_limit;\n",
+            "          is_too_fast := '0';\n",
             entity="ramp_velocity",
             skip=19,
         ),

@@ -99,7 +99,7 @@ class RampVelocity:
             self.is_stale = False
             size = self.excess if self.excess >= 0 else ~self.excess
             away = self.moves and self.falling == (self.excess < 0)
-            self.seen = size, self.excess == 0, away
+            self.seen = size, size == 0, away
         elif self.tick == COMPARE:
             enough = (
                 self.way + more + (more >> RAMP_MARGIN_BITS),
