@@ -122,7 +122,7 @@ def test_everything_has_a_budget_for_each_rotation_and_takes_no_generics(
         for rotation, budgets in BUDGETS_OF_EVERYTHING.items()
     }
     assert limits["cordic"] == {"lut": 41_000, "dsp": 180, "ramb36": 112, "latches": 0}
-    assert limits["table"] == {**limits["cordic"], "lut": 31_500}
+    assert limits["table"] == {**limits["cordic"], "lut": 30_000}
     with pytest.raises(SystemExit):
         main(["--everything", "-g", "HEADS=3"])
     assert "omit --generic and --folds" in capsys.readouterr().err
