@@ -33,8 +33,8 @@ CORRECTION_RAMP = Proof(
         "0 by at most one unit; with acceleration 0 it does not pass 0. After any marker it passes "
         "0 by at most one unit from the first tick on in which it need not brake",
         "r arrives: in each tick without a marker r decreases, or the velocity rises, or the ramp "
-        "ends, unless the rate is less than a step and a unit per tick; from the end on, r is 0 until "
-        "the next marker",
+        "ends, unless the rate is less than a step and a unit per tick; from the end on, r is 0 "
+        "until the next marker",
     ),
     limits="the rate is 0 to 3 units per tick and may change in any clock; the acceleration is "
     "0 to 15 quarters of a unit per tick and constant; the total is left to the benches",
