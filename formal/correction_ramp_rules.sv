@@ -88,10 +88,11 @@ module correction_ramp_rules (
     // The decision on the next velocity.
     wire [32:0] size = looked < 0 ? ~looked : looked;
     wire away = level != 0 && (probe_falling ? looked < 0 : looked >= 0);
+    wire is_zero = looked == 0 || looked == -1 && !away;
     wire for_faster = size >= way + more[5:2] + more[5:3];
     wire for_same = size >= way + whole[3:1];
     wire brakes = velocity > bound_kept || away || !for_same;
-    wire ends = (level == 0 && !for_faster) || (size == 0 && whole <= 1);
+    wire ends = (level == 0 && !for_faster) || (is_zero && whole <= 1);
     wire stops = ends || (brakes && level <= 1);
     wire speeds = for_faster && more <= bound && !brakes;
     wire [3:0] next_level = at_once ? 0 : tick != LAST ? level
@@ -112,7 +113,7 @@ module correction_ramp_rules (
     wire signed [35:0] after = left - pending;
     wire signed [39:0] fine = $signed({after, 4'd0}) - fraction;
     wire signed [9:0] rest_of_tick = remaining * distance;
-    wire signed [9:0] since_look = ($signed({2'b00, tick}) - 6'sd10) * distance;
+    wire signed [9:0] since_look = ($signed({2'b00, tick}) - 6'sd8) * distance;
     wire signed [9:0] below_level = braking - distance;
     wire signed [9:0] to_rest = rest_of_tick + (below_level <<< 4);
     wire signed [39:0] lands = fine - to_rest;
@@ -153,7 +154,7 @@ module correction_ramp_rules (
         catches_2 <= catches_1;
         rested_1 <= probe_is_at_rest;
         ends_1 <= probe_ends && !reset;
-        ended_1 <= tick == LAST && !unknown && size == 0 && whole <= 1;
+        ended_1 <= tick == LAST && !unknown && is_zero && whole <= 1;
         rate_1 <= rate;
         rate_met_1 <= rate_met;
         rate_kept_1 <= rate_kept;
@@ -269,9 +270,10 @@ module correction_ramp_rules (
                     if (tick > LOOK + 1) begin
                         assert (probe_size == size);
                         assert (probe_goes_away == away);
+                        if (tick == LOOK + 2) assert (probe_is_zero == (looked == 0));
                     end
                     if (tick > LOOK + 2) begin
-                        assert (probe_is_zero == (size == 0));
+                        assert (probe_is_zero == is_zero);
                         assert (probe_is_short_of_faster == !for_faster);
                     end
                     if (tick > LOOK + 3) assert (probe_is_short_of_same == !for_same);

@@ -159,6 +159,7 @@ install_package() {
     local wanted
     wanted=$(checksum pyproject.toml)
     [ "$(cat "$stamp" 2>/dev/null)" = "$wanted" ] && return
+    mkdir -p "$(dirname "$LOG")"
     if ! .venv/bin/python -m pip install --no-input --disable-pip-version-check --no-deps --no-index \
         --no-build-isolation --editable . >"$LOG" 2>&1; then
         log_tail

@@ -234,12 +234,13 @@ begin
           size     := u_unsigned(excess);
 
         when MEASURE_NOW =>
+          is_zero   := not (or size);
           goes_away := moves and (falling xnor size(size'high));
           size      := size xor (size'range => size(size'high));
 
         when COMPARE_FASTER_NOW =>
           -- An excess of one unit below 0 counts as 0: with a small acceleration, no step would move it.
-          is_zero            := not (or size);
+          is_zero            := is_zero or not (goes_away or (or size));
           is_short_of_faster := is_short;
 
         when COMPARE_SAME_NOW =>

@@ -78,7 +78,8 @@ class RampVelocity:
     was_marker: bool = False
     is_stale: bool = False
     seen: tuple[int, bool, bool] = (0, True, False)
-    """Sampled properties of the remainder r: its size, whether it is 0, and whether it grows."""
+    """Sampled properties of the remainder r: its size, whether it counts as 0, and whether it
+    grows."""
     fits: tuple[bool, bool] = (False, False)
     """Whether the braking distance permits a higher velocity, and whether it permits the present
     velocity."""
@@ -99,7 +100,7 @@ class RampVelocity:
             self.is_stale = False
             size = self.excess if self.excess >= 0 else ~self.excess
             away = self.moves and self.falling == (self.excess < 0)
-            self.seen = size, size == 0, away
+            self.seen = size, self.excess == 0 or (size == 0 and not away), away
         elif self.tick == COMPARE:
             enough = (
                 self.way + more + (more >> RAMP_MARGIN_BITS),
