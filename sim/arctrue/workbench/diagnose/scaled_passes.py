@@ -27,8 +27,8 @@ Integer = NDArray[np.int64]
 MOST_ROWS = 30_000
 """Limit of the computing time: of n times this number of rows or more, only every n-th row is
 compared. Twenty turns with 720 places and two rows at each place have nearly this number."""
-ALIKE = 1.3
-"""Largest ratio of the RMS errors of two passes that count as alike: a gain may change by 30 %."""
+EQUAL_RATIO = 1.3
+"""Largest ratio of the RMS errors of two passes that count as equal: a gain may change by 30 %."""
 FAR = 3.0
 """Smallest factor, or inverse of a factor, that counts as another unit: the smallest factor of
 usual units is 3.09 (arcseconds to tenths of a milligon)."""
@@ -37,7 +37,7 @@ LEAST_EXPLAINED = 0.9
 others explains. Two passes of eight independent values reach it by chance in one of 3,000 cases
 (Student's t, six degrees of freedom)."""
 OF_TWO_PASSES = 0.8
-"""Smallest squared correlation of two alike passes: 0.9², because both have noise."""
+"""Smallest squared correlation of two equal passes: 0.9², because both have noise."""
 MOST_OF_ONE_PLACE = 0.5
 """Largest share of the curve's sum of squares at one place: the error of a single station is no
 curve."""
@@ -53,9 +53,9 @@ PRECISE = 0.05
 """Largest relative standard uncertainty of a factor that shows a unit of SURE_FACTORS without the
 evidence of the scatter."""
 DIFFERS = 3.0
-"""A condition separates a pass from the alike passes if its mean in the pass is outside the range
+"""A condition separates a pass from the equal passes if its mean in the pass is outside the range
 of its means in these by more than this number times the larger of two values: this range, and the
-standard deviation within the passes. At a smaller distance, a linear effect would change the alike
+standard deviation within the passes. At a smaller distance, a linear effect would change the equal
 passes too, by more than a third of the change."""
 SIGN_WITHIN = 0.1
 """A factor is a wrong sign if it differs from −1 by at most this value, or by at most three
@@ -90,7 +90,7 @@ class _Passes:
 
 @dataclass(frozen=True)
 class _Factor:
-    """Ratio of the errors of one pass to the curve of the alike passes."""
+    """Ratio of the errors of one pass to the curve of the equal passes."""
 
     one_pass: int
     size: float
@@ -115,14 +115,14 @@ def scaled_passes(observations: Observations) -> list[str]:
     passes = _common(table, visits.angle_rad)
     if passes is None:
         return []
-    alike = _largest_group(passes.values)
-    others = np.setdiff1d(np.arange(passes.number.size), alike)
-    if others.size == 0 or alike.size < others.size:
+    equal = _largest_group(passes.values)
+    others = np.setdiff1d(np.arange(passes.number.size), equal)
+    if others.size == 0 or equal.size < others.size:
         return []
     of_row = np.where(visits.of_row >= 0, visits.one_pass[visits.of_row], -1)
     rows_of = [np.flatnonzero(of_row == number) for number in passes.number]
     found = [
-        _factor(passes, alike, int(one), _smallest_step(rows.error_arcsec[rows_of[one]]))
+        _factor(passes, equal, int(one), _smallest_step(rows.error_arcsec[rows_of[one]]))
         for one in others
     ]
     factors = [item for item in found if item is not None]
@@ -132,9 +132,9 @@ def scaled_passes(observations: Observations) -> list[str]:
     for item in factors:
         if _name(item) in SURE_FACTORS.values():
             continue
-        if _separated(observations, rows, rows_of, alike, item.one_pass):
+        if _separated(observations, rows, rows_of, equal, item.one_pass):
             return []
-        if item.size < 0.0 and not item.scatter_too and not _shows_a_sign(passes, alike, item):
+        if item.size < 0.0 and not item.scatter_too and not _shows_a_sign(passes, equal, item):
             return []
 
     def line_of(row: int) -> int:
@@ -155,12 +155,12 @@ def _common(table: Float, angle_rad: Float) -> _Passes | None:
 
 
 def _largest_group(values: Float) -> Integer:
-    """Return one pass and all passes that are alike it; it is the pass with the most of these."""
+    """Return the pass that equals the most other passes, and these passes."""
     products = values @ values.T
     square = np.maximum(np.diag(products), 1e-300)
     scale = np.sqrt(square[:, np.newaxis] / square)
     correlated = products / np.sqrt(np.outer(square, square)) >= np.sqrt(OF_TWO_PASSES)
-    near = correlated & (np.abs(np.log(scale)) <= np.log(ALIKE))
+    near = correlated & (np.abs(np.log(scale)) <= np.log(EQUAL_RATIO))
     return np.asarray(np.flatnonzero(near[int(np.argmax(near.sum(axis=1)))]))
 
 
@@ -170,9 +170,9 @@ def _smallest_step(values: Float) -> float:
     return float(steps.min(initial=np.inf)) if steps.size else 0.0
 
 
-def _factor(passes: _Passes, alike: Integer, one_pass: int, step: float) -> _Factor | None:
+def _factor(passes: _Passes, equal: Integer, one_pass: int, step: float) -> _Factor | None:
     """Return the factor of a pass; None if it is near 1 or does not explain the errors."""
-    group, own = passes.values[alike], passes.values[one_pass]
+    group, own = passes.values[equal], passes.values[one_pass]
     curve = group.mean(axis=0)
     count, places = group.shape
     square, whole = float(curve @ curve), float(own @ own)
@@ -222,13 +222,13 @@ def _name(item: _Factor) -> str | None:
     return None
 
 
-def _shows_a_sign(passes: _Passes, alike: Integer, item: _Factor) -> bool:
+def _shows_a_sign(passes: _Passes, equal: Integer, item: _Factor) -> bool:
     """Tell whether a pass still has the other sign after a parabola and the strongest line, which a
     drift or a line in time may cause, are removed."""
     angle = passes.angle_rad
     if angle.size < 2 * LEAST_PLACES:
         return False
-    both = np.stack([passes.values[alike].mean(axis=0), passes.values[item.one_pass]], axis=1)
+    both = np.stack([passes.values[equal].mean(axis=0), passes.values[item.one_pass]], axis=1)
     way = (angle - angle[0]) / float(np.ptp(angle)) * (1.0 - 1.0 / angle.size)
     basis = np.linalg.qr(np.stack([np.ones(way.size), way, way**2], axis=1))[0]
     both = both - basis @ (basis.T @ both)
@@ -243,19 +243,19 @@ def _shows_a_sign(passes: _Passes, alike: Integer, item: _Factor) -> bool:
             strongest, taken = left, gain
     curve, own = strongest.T
     slope = float(own @ curve) / max(float(curve @ curve), 1e-300)
-    rest = float(np.sum((own - slope * curve) ** 2))
-    return slope < 0.0 and rest <= (1.0 - LEAST_EXPLAINED) * float(own @ own)
+    remaining = float(np.sum((own - slope * curve) ** 2))
+    return slope < 0.0 and remaining <= (1.0 - LEAST_EXPLAINED) * float(own @ own)
 
 
 def _separated(
     observations: Observations,
     rows: ReferenceRows,
     rows_of: list[Integer],
-    alike: Integer,
+    equal: Integer,
     one_pass: int,
 ) -> bool:
     """Tell whether the direction of the targets or a recorded condition (except the time) separates
-    a pass from the alike passes."""
+    a pass from the equal passes."""
     ways = np.zeros(rows.run.size)
     for own in rows_of:
         ways[own] = np.sign(rows.target_rad[own[-1]] - rows.target_rad[own[0]])
@@ -264,8 +264,8 @@ def _separated(
         if values is None:
             continue
         mean = float(values[rows_of[one_pass]].mean())
-        means = np.array([values[rows_of[other]].mean() for other in alike])
-        within = float(np.mean([np.std(values[rows_of[other]]) for other in alike]))
+        means = np.array([values[rows_of[other]].mean() for other in equal])
+        within = float(np.mean([np.std(values[rows_of[other]]) for other in equal]))
         away = max(mean - float(means.max()), float(means.min()) - mean)
         if away > DIFFERS * max(within, float(np.ptp(means))) + 1e-9 * abs(mean):
             return True

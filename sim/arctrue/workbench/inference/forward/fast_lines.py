@@ -91,14 +91,14 @@ def sizes_of(
         return ()
     every = np.hstack([line.columns for line in lines])
     fitted = np.linalg.lstsq(every, left_arcsec, rcond=1e-10)[0]
-    rest = left_arcsec - every @ fitted
+    remaining = left_arcsec - every @ fitted
     width = lines[0].columns.shape[1]
     senses = _senses(place, stretch)
 
     def gain(of: Sequence[tuple[FastLine, Float]]) -> float:
-        without = rest + np.sum([wave for _, wave in of], axis=0)
+        without = remaining + np.sum([wave for _, wave in of], axis=0)
         rates = [line.rate for line, _ in of]
-        return gain_over_an_oscillation(place, senses, rest, without, rates) / len(of)
+        return gain_over_an_oscillation(place, senses, remaining, without, rates) / len(of)
 
     waves = [
         (line, line.columns @ fitted[number * width : (number + 1) * width])
@@ -112,7 +112,7 @@ def sizes_of(
         if gain(group) > OSCILLATION_GAIN
         for line, wave in group
         if (len(group) == 1 or gain([(line, wave)]) > OSCILLATION_GAIN)
-        and _share_predicted(line.columns, rest + wave, block) > PREDICTED_SHARE
+        and _share_predicted(line.columns, remaining + wave, block) > PREDICTED_SHARE
     ]
     return tuple(sorted(found, key=lambda line: -line.amplitude_arcsec))
 

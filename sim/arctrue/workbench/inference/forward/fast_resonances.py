@@ -44,12 +44,12 @@ def gain_over_an_oscillation(
     span = float(np.ptp(place))
     middle = 0.5 * (min(rates) + max(rates))
     reach = REACH + int(np.ceil(0.5 * (max(rates) - min(rates)) * span))
-    rest, power = (
+    remaining, power = (
         _ordinates(place, senses, values, middle, reach) for values in (left_arcsec, without_arcsec)
     )
     freedom = senses.shape[1]
-    level = max(float(rest.mean()) / freedom, 1e-300)
-    with_lines = -freedom * rest.size * (float(np.log(level)) + 1.0)
+    level = max(float(remaining.mean()) / freedom, 1e-300)
+    with_lines = -freedom * remaining.size * (float(np.log(level)) + 1.0)
     return float(with_lines - _of_an_oscillation(power, freedom, reach))
 
 
