@@ -56,8 +56,8 @@ def scaled_reference(observations: Observations) -> list[str]:
         return []
     sigma = float(np.sqrt(left @ left / (own.size - 2) / square)) / abs(factor)
     within = 3.0 * sigma + ROUNDED
-    unit = next((unit for known, unit in UNITS.items() if abs(abs(factor) * known - 1.0) < within),
-                None)  # fmt: skip
+    near = (name for size, name in UNITS.items() if abs(abs(factor) * size - 1.0) < within)
+    unit = next(near, None)
     if sigma > PRECISE or unit is None:
         return []
     scatter = reference_noise_arcsec(observations, rows.error_arcsec)
