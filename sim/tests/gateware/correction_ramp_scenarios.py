@@ -173,6 +173,8 @@ SCENARIOS = [
     _smooth("smooth, without reaching the rate", 0.5, 50, 2**31, 2**32 - 1),
     _smooth("smooth, slow", 2e-5, 40, 900, 2_000_000),
     _smooth("smooth, less than a step", 1e-6, 20, RATE_MAX, 2**32 - 1),
+    _smooth("smooth, one unit up", 1.0 / COUNT, 40, 1_500_000, 17_100),
+    _smooth("smooth, one unit down", -1.0 / COUNT, 40, 1_500_000, 17_100),
     _smooth("smooth, markers on the way", 0.8, 200, 9_000_000, 2**32 - 1, 7, 25, 40, 41, 70),
     *(_marked_every_tick(0.9, 40, phase) for phase in (100, 239, 247, 254)),
     _insertions(5, 3000, 8),

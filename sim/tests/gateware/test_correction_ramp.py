@@ -205,6 +205,13 @@ def test_what_a_servo_sees_of_a_ramp(counts: float, clocks_to_rate: float) -> No
     assert shortest - 2 * TICK < took < shortest * 1.1 + 12 * TICK
 
 
+@pytest.mark.parametrize("units", [1, -1, 2, -2])
+def test_a_step_of_a_few_units_ends(units: int) -> None:
+    """With 17,100 · 2⁻⁵⁹ count per clock², the preset at 2¹⁸ counts, the first step of the velocity
+    moves r by less than a unit of 2⁻²⁷ count in a tick."""
+    assert smooth(units / COUNT, 1_500_000, 17_100, 40)[-1] == 0
+
+
 def test_presets_reach_the_rate_in_a_tenth_of_a_second() -> None:
     rate = reset_value("ramp_rate") / 2**35 * CLOCK_HZ
     acceleration = reset_value("ramp_acceleration") / 2**59 * CLOCK_HZ**2
