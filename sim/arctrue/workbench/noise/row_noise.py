@@ -19,6 +19,10 @@ from arctrue.workbench.noise.spectrum import Spectrum
 Float = NDArray[np.float64]
 Integer = NDArray[np.int64]
 
+LONG = 5_000
+"""Rows of a stretch from which negligible parts of its spectrum are left out; a shorter stretch
+takes little time with all of them."""
+
 
 @dataclass(frozen=True)
 class Factor:
@@ -148,9 +152,17 @@ class RowNoise:
     @cached_property
     def _factors(self) -> list[Factor]:
         return [
-            Factor(np.ascontiguousarray(self.clock[rows]), spectrum)
+            Factor(np.ascontiguousarray(self.clock[rows]), self._needed(rows, spectrum))
             for rows, spectrum in zip(self.stretches, self.spectra, strict=True)
         ]
+
+    def _needed(self, rows: slice, spectrum: Spectrum) -> Spectrum:
+        """Return the spectrum that a factor needs: each further part of a long stretch takes
+        time."""
+        count = rows.stop - rows.start
+        if count < LONG:
+            return spectrum
+        return spectrum.without_negligible_parts(count, float(np.diff(self.clock[rows]).min()))
 
     @cached_property
     def _even(self) -> bool:

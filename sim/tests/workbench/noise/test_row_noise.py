@@ -10,7 +10,7 @@ import pytest
 from arctrue.workbench.noise.estimate import ChannelRows, _scales, estimated_law
 from arctrue.workbench.noise.likelihood import FixedTerms
 from arctrue.workbench.noise.row_noise import RowNoise
-from arctrue.workbench.noise.spectrum import Spectrum, time_constants
+from arctrue.workbench.noise.spectrum import NEGLIGIBLE, Spectrum, time_constants
 from arctrue.workbench.noise.spectrum_fit import WhiteBounds
 
 SPECTRUM = Spectrum(0.5, np.array([0.1, 2.0]), np.array([0.7, 0.3]))
@@ -134,3 +134,28 @@ def test_a_level_that_changes_with_the_angle_gives_the_parts_of_the_turn_their_s
     # scale is known to 1/√80 = 11 %, and the median of 12 parts to 4 %. The median leaves out the
     # parts with the jumps where the level changes.
     assert np.median(scale[:12]) / np.median(scale[12:]) == pytest.approx(3.0, rel=0.15)
+
+
+@pytest.mark.parametrize("share", [1e-7, 1e-5, 1e-3, 0.1])
+def test_parts_that_are_left_out_hardly_change_the_likelihood(share: float) -> None:
+    """The mean log likelihood, from complete covariances, changes by at most NEGLIGIBLE, and the
+    variance of a row not at all; a part that changes more stays."""
+    rows, step = 600, 0.01
+    whole = Spectrum(0.5, time_constants(step, rows * step), np.array([0.7, 1.0, 3.0, 2.0]) * share)
+    reduced = whole.without_negligible_parts(rows, step)
+    apart = step * np.abs(np.arange(rows)[:, None] - np.arange(rows))
+    covariances = [
+        item.white * np.eye(rows)
+        + sum(
+            variance * np.exp(-apart / constant)
+            for constant, variance in zip(item.constants, item.variances, strict=True)
+        )
+        for item in (whole, reduced)
+    ]
+    # The mean of log p(e | whole) − log p(e | reduced) for noise e of the whole covariance.
+    product = np.linalg.solve(covariances[1], covariances[0])
+    change = 0.5 * (np.trace(product) - rows - np.linalg.slogdet(product)[1])
+    assert reduced.variance == pytest.approx(whole.variance, rel=1e-12)
+    assert -1e-9 <= change <= NEGLIGIBLE
+    assert (reduced.variances.size < whole.variances.size) == (share < 0.1)
+    assert (reduced.variances.size == 0) == (share < 1e-4)
