@@ -18,6 +18,10 @@ from arctrue.workbench.observations import CaptureRows, Observations
 
 Float = NDArray[np.float64]
 
+OF_A_SECOND_CAUSE = 0.05
+"""Share of the gain in log likelihood that further heads may add to the gain of the best head, and
+this head is still the cause: a second cause of the runs adds to the gain of every head."""
+
 
 class ScalarEffect(Effect):
     """An effect whose size is one number."""
@@ -93,8 +97,8 @@ class ScalarOfEachHead(ScalarEffect):
 
     def narrowed(self, residuals: Leftover) -> tuple[Effect, float]:
         """Return the effect with the best single head, and the number of heads tried, if the other
-        heads gain less than the BIC penalty of their columns; otherwise return the effect itself
-        and 1."""
+        heads gain less than the BIC penalty of their columns, or than a small share of the whole
+        gain, which a second cause may add; otherwise return the effect itself and 1."""
         observations = residuals.observations
         if observations.heads == 2 or observations.capture is None or self.integers("heads"):
             return self, 1.0
@@ -104,6 +108,7 @@ class ScalarOfEachHead(ScalarEffect):
         }
         best = max(gains, key=gains.__getitem__)
         further = (observations.heads - 2) * float(np.log(observations.capture.run.size))
-        if residuals.score(self, {}).gain - gains[best] > further:
+        whole = residuals.score(self, {}).gain
+        if whole - gains[best] > max(further, OF_A_SECOND_CAUSE * whole):
             return self, 1.0
         return type(self)(heads=[best]), float(observations.heads)

@@ -131,6 +131,19 @@ def test_a_bracket_that_creeps_is_named_with_its_head(head: int) -> None:
     _close(values[f"drift_head{head}"], 0.5)
 
 
+def test_two_heads_with_a_cause_each_are_both_named() -> None:
+    """The bracket of head 1 creeps, and head 2 is read late; both change the offsets of the runs,
+    so that each adds to the gain of the other's effect at every head. A constant may follow: the
+    temperature of the stated places is not known."""
+    world = FourHeads(creep_arcsec_k=(0.68, 0.0, 0.0, 0.0), later_s=(0.0, 19e-6, 0.0, 0.0))
+    found = diagnosis_of(world.measured(7))
+    assert found.named is not None
+    causes = {item.name: item.parameters() for item in (found.named, *found.further)}
+    assert list(causes)[:2] == ["thermal_head_drift", "timing_skew"]
+    _close(causes["thermal_head_drift"]["drift_head1"], 0.68)
+    _close(causes["timing_skew"]["skew"], 19.0)
+
+
 @pytest.mark.large
 @pytest.mark.parametrize("head", [1, 2, 3, 4])
 @pytest.mark.parametrize("name", ["head_angle_error", "thermal_head_drift", "timing_skew"])
