@@ -3,6 +3,8 @@ it."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from arctrue.workbench.diagnose.case import Case
 from arctrue.workbench.diagnose.classes import OF_THE_SAME_KIND, stands_in
 from arctrue.workbench.diagnose.decision import Decision
@@ -48,7 +50,8 @@ def rounded_by_the_display(case: Case) -> Decision | None:
 
 
 def contradicts_itself(case: Case) -> Decision | None:
-    """The best effect has values that its own physics excludes."""
+    """The best effect has values that its own physics excludes, and no other effect that the rules
+    would name gains more."""
     best = case.best
     assert best is not None
     solution = best.solution
@@ -68,6 +71,14 @@ def contradicts_itself(case: Case) -> Decision | None:
         why = head_1_reverses(Residuals(best.at_maximum), found[reversal])
     if why is None:
         return None
+    # The rows then prefer a cause that explains more of them and does not contradict itself.
+    other = replace(case, set_aside=case.set_aside | {best.name}).decision
+    if (
+        other.verdict == "named"
+        and other.first is not None
+        and other.first.delta_bic > best.delta_bic
+    ):
+        return other
     # A product that explains the same error as the best effect describes this error without naming
     # a cause.
     product = case.product if case.product is not None and stands_in(best, case.product) else None
