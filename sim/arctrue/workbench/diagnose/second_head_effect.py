@@ -28,8 +28,9 @@ from arctrue.workbench.inference.solution import Solution
 Float = NDArray[np.float64]
 
 LEAST_FREE = 4
-"""Fewest degrees of freedom of the offsets with both effects in the model (runs − 2). With fewer,
-two effects fit offsets that slow noise causes, if it exceeds the repeatability of the index."""
+"""Fewest degrees of freedom of the offsets of one channel with both effects in the model (recorded
+runs − 2). With fewer, two effects fit offsets that slow noise causes, if it exceeds the
+repeatability of the index."""
 LEAST_OWN = 0.01
 """Smallest share of the sum of squares of an effect's offsets that the other effect cannot
 reproduce; the pairs of the reference have the same limit (:mod:`second_run_effect`)."""
@@ -45,39 +46,41 @@ def second_head_effects(
     only white noise, because slow noise that was estimated without the effects would absorb them.
     An effect that is a constant is not returned with an effect whose zero is unknown
     (:attr:`~arctrue.workbench.effects.base.Effect.zero_is_unknown`), because this zero causes a
-    constant. ``tests``: number of tests by which p of each effect is corrected.
+    constant. ``tests``: number of tests by which p of each effect is corrected; if one head was
+    selected for an effect, each head counts as a trial.
     """
-    rows = residuals.observations.capture
-    if rows is None or rows.channels != 1 or rows.runs - 2 < LEAST_FREE:
+    if residuals.observations.recorded_runs - 2 < LEAST_FREE:
         return {}
     known = with_index_as_known(without_slow_noise(residuals)).solution
     shapes = [
-        (item.effect, shape)
+        (item, shape)
         for item in items
         if not item.effect.search
         and item.rank == 1
         and (shape := _shape(known, item.effect)) is not None
     ]
     found: dict[str, SecondRunEffect] = {}
-    for effect, shape in shapes:
-        if tests * _p_given(known, shape, None) < SIGNIFICANCE:
+    for item, shape in shapes:
+        own_tests = tests * item.trials
+        if own_tests * _p_given(known, shape, None) < SIGNIFICANCE:
             continue
         pairs = [
-            (_p_given(known, shape, other), other_effect, other)
-            for other_effect, other in shapes
-            if other_effect is not effect
+            (_p_given(known, shape, column), other, column)
+            for other, column in shapes
+            if other is not item
         ]
         if not pairs:
             continue
-        p_value, other_effect, other = min(pairs, key=lambda pair: pair[0])
-        p_value = min(1.0, p_value * len(pairs))
-        if tests * max(p_value, _p_given(known, other, shape)) >= SIGNIFICANCE:
+        p_value, other, column = min(pairs, key=lambda pair: pair[0])
+        p_value = min(1.0, p_value * len(pairs) * item.trials)
+        of_other = _p_given(known, column, shape) * other.trials
+        if tests * max(p_value, of_other) >= SIGNIFICANCE:
             continue
-        if other_effect.zero_is_unknown and np.ptp(shape) <= MOST_WITHIN * np.abs(shape).max():
+        if other.effect.zero_is_unknown and _is_constant(shape, known):
             continue
-        both = np.column_stack([other, shape])
+        both = np.column_stack([column, shape])
         sizes = np.linalg.lstsq(both, known.run_offsets_arcsec, rcond=1e-10)[0]
-        found[effect.name] = SecondRunEffect(other_effect, float(sizes[0]), p_value)
+        found[item.name] = SecondRunEffect(other.effect, float(sizes[0]), p_value)
     return found
 
 
@@ -95,7 +98,18 @@ def _shape(known: Solution, effect: Effect) -> Float | None:
     size = np.maximum(np.bincount(rows.run, minlength=rows.runs), 1)
     means = np.bincount(rows.run, column, rows.runs) / size
     within, whole = float(np.sum((column - means[rows.run]) ** 2)), float(column @ column)
-    return None if whole == 0.0 or within > MOST_WITHIN * whole else means
+    if whole == 0.0 or within > MOST_WITHIN * whole:
+        return None
+    weights = rows.offset_weights
+    if weights is None:
+        return means
+    return np.asarray(np.linalg.solve(weights, means.reshape(-1, rows.channels).T).T.reshape(-1))
+
+
+def _is_constant(shape: Float, known: Solution) -> bool:
+    """Tell whether the offsets of an effect are the same in every recorded run."""
+    runs = shape.reshape(-1, known.observations.channels_of_capture)
+    return float(np.ptp(runs, axis=0).max()) <= MOST_WITHIN * float(np.abs(shape).max())
 
 
 def _p_given(known: Solution, shape: Float, other: Float | None) -> float:
