@@ -8,6 +8,7 @@ significant; both together explain every offset.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,8 @@ from scipy.special import chdtrc, fdtrc
 from arctrue.workbench.diagnose.candidate import Candidate, SecondRunEffect
 from arctrue.workbench.effects.base import Effect
 from arctrue.workbench.effects.capture_block import capture_block
+from arctrue.workbench.effects.part_conditions import ALWAYS
+from arctrue.workbench.effects.product_of_parts import FRAME_OF_HEAD, ProductOfParts
 from arctrue.workbench.inference.forward.cycles import MOST_WITHIN
 from arctrue.workbench.inference.likelihood_ratio import (
     with_index_as_known,
@@ -46,12 +49,20 @@ def second_head_effects(
     only white noise, because slow noise that was estimated without the effects would absorb them.
     An effect that is a constant is not returned with an effect whose zero is unknown
     (:attr:`~arctrue.workbench.effects.base.Effect.zero_is_unknown`), because this zero causes a
-    constant. ``tests``: number of tests by which p of each effect is corrected; if one head was
-    selected for an effect, each head counts as a trial.
+    constant. Two other effects, one of them with an unknown zero, are tested also with the constant
+    of this zero in the model. ``tests``: number of tests by which p of each effect is corrected; if
+    one head was selected for an effect, each head counts as a trial.
     """
     if residuals.observations.recorded_runs - 2 < LEAST_FREE:
         return {}
     known = with_index_as_known(without_slow_noise(residuals)).solution
+    channels = residuals.observations.channels_of_capture
+
+    def is_constant(shape: Float) -> bool:
+        """Tell whether the offsets of an effect are the same in every recorded run."""
+        change = float(np.ptp(shape.reshape(-1, channels), axis=0).max())
+        return change <= MOST_WITHIN * float(np.abs(shape).max())
+
     shapes = [
         (item, shape)
         for item in items
@@ -59,29 +70,56 @@ def second_head_effects(
         and item.rank == 1
         and (shape := _shape(known, item.effect)) is not None
     ]
+    zeros = {item.name: _zero(known, item.effect) for item, _ in shapes}
     found: dict[str, SecondRunEffect] = {}
     for item, shape in shapes:
         own_tests = tests * item.trials
-        if own_tests * _p_given(known, shape, None) < SIGNIFICANCE:
+        if own_tests * _p_given(known, shape, []) < SIGNIFICANCE:
             continue
-        pairs = [
-            (_p_given(known, shape, column), other, column)
-            for other, column in shapes
-            if other is not item
-        ]
+        pairs: list[tuple[float, Candidate, _Zero | None, list[Float]]] = []
+        for other, column in shapes:
+            if other is item:
+                continue
+            pairs.append((_p_given(known, shape, [column]), other, None, [column]))
+            zero = zeros[item.name] or zeros[other.name]
+            enough = residuals.observations.recorded_runs - 3 >= LEAST_FREE
+            if zero is not None and enough and not any(map(is_constant, (shape, column))):
+                columns = [column, zero.offsets]
+                pairs.append((_p_given(known, shape, columns), other, zero, columns))
         if not pairs:
             continue
-        p_value, other, column = min(pairs, key=lambda pair: pair[0])
+        p_value, other, zero, columns = min(pairs, key=lambda pair: pair[0])
         p_value = min(1.0, p_value * len(pairs) * item.trials)
-        of_other = _p_given(known, column, shape) * other.trials
+        of_other = _p_given(known, columns[0], [shape, *columns[1:]]) * other.trials
         if tests * max(p_value, of_other) >= SIGNIFICANCE:
             continue
-        if other.effect.zero_is_unknown and _is_constant(shape, known):
+        if other.effect.zero_is_unknown and is_constant(shape):
             continue
-        both = np.column_stack([column, shape])
-        sizes = np.linalg.lstsq(both, known.run_offsets_arcsec, rcond=1e-10)[0]
-        found[item.name] = SecondRunEffect(other.effect, float(sizes[0]), p_value)
+        model = np.column_stack([*columns, shape])
+        sizes = np.linalg.lstsq(model, known.run_offsets_arcsec, rcond=1e-10)[0]
+        constant = None if zero is None else (zero.effect, float(sizes[1]))
+        found[item.name] = SecondRunEffect(other.effect, float(sizes[0]), p_value, constant)
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Zero:
+    """The constant that the unknown zero of an effect causes: an error of one head in all runs."""
+
+    effect: Effect
+    offsets: Float
+
+
+def _zero(known: Solution, effect: Effect) -> _Zero | None:
+    """Return the constant of an effect whose zero is unknown; None for another effect."""
+    if not effect.zero_is_unknown or not effect.in_parts:
+        return None
+    frame = next((name for name in FRAME_OF_HEAD.values() if name in effect.in_parts), None)
+    if frame is None:
+        return None
+    constant = ProductOfParts.of(ALWAYS, (), frame)
+    offsets = _shape(known, constant)
+    return None if offsets is None else _Zero(constant, offsets)
 
 
 def _shape(known: Solution, effect: Effect) -> Float | None:
@@ -106,29 +144,23 @@ def _shape(known: Solution, effect: Effect) -> Float | None:
     return np.asarray(np.linalg.solve(weights, means.reshape(-1, rows.channels).T).T.reshape(-1))
 
 
-def _is_constant(shape: Float, known: Solution) -> bool:
-    """Tell whether the offsets of an effect are the same in every recorded run."""
-    runs = shape.reshape(-1, known.observations.channels_of_capture)
-    return float(np.ptp(runs, axis=0).max()) <= MOST_WITHIN * float(np.abs(shape).max())
-
-
-def _p_given(known: Solution, shape: Float, other: Float | None) -> float:
-    """Return p of an effect by the F test of the offsets, with another effect in the model.
+def _p_given(known: Solution, shape: Float, others: Sequence[Float]) -> float:
+    """Return p of an effect by the F test of the offsets, with other columns in the model.
 
     The offsets that remain and the known repeatability of the index, with the degrees of freedom of
     its prior, determine the variance. If the offsets that remain contradict this repeatability,
     they alone determine the variance.
     """
     left, own = known.run_offsets_arcsec, shape
-    if other is not None:
-        unit = other / float(np.linalg.norm(other))
-        own, left = own - unit * (unit @ own), left - unit * (unit @ left)
+    if others:
+        units = np.linalg.qr(np.column_stack(others))[0]
+        own, left = own - units @ (units.T @ own), left - units @ (units.T @ left)
     square = float(own @ own)
     if square <= LEAST_OWN * float(shape @ shape):
         return 1.0
     explained = float(own @ left) ** 2 / square
     remaining = max(float(left @ left) - explained, 1e-300)
-    freedom = left.size - 1.0 - (other is not None)
+    freedom = left.size - 1.0 - len(others)
     index_variance = known.observations.index_sigma_arcsec**2
     if float(chdtrc(freedom, remaining / index_variance)) >= SIGNIFICANCE:
         prior = known.noise.index_freedom

@@ -77,6 +77,27 @@ def test_a_drift_is_named_whatever_the_temperature_of_the_stated_places(zero_k: 
     assert {item.name for item in found.further} <= {"head_angle_error"}
 
 
+def test_a_head_that_drifts_and_moves_with_the_direction_is_no_noise_of_the_index() -> None:
+    """The bracket of head 2 drifts by 0.15″/K from four cold runs to four runs that are 3 K warmer,
+    and friction moves it by ±0.3″ with the direction. Neither these two effects nor the wrong place
+    explain the offsets without the third. At one speed, a skew of the heads' sampling times looks
+    like the friction."""
+    warm = np.repeat([0.0, 3.0], RUNS // 2)
+    way = np.where(np.arange(RUNS) % 2 == 0, 1.0, -1.0)
+    made = _set(0.15 * warm + 0.3 * way, 20.0 + warm, 3)
+    found = diagnosis_of(made)
+    first = found.decision.first
+    assert found.verdict in ("named", "ambiguous")
+    assert first is not None
+    other = {"timing_skew": "thermal_head_drift", "thermal_head_drift": "timing_skew"}
+    assert first.second_of_runs is not None
+    assert first.second_of_runs.words == other[first.name]
+    assert first.second_of_runs.zero is not None
+    # The place is right at 20 °C and wrong by 0.225″ at T₀, the median temperature. The index of
+    # ±1 count has a standard deviation of 0.09″ in R₂ − R₁; five standard uncertainties.
+    assert first.second_of_runs.zero[1] == pytest.approx(0.225, abs=5.0 * 0.09 / np.sqrt(RUNS))
+
+
 PLACES_DEG = (0.0, 90.0, 180.0, 270.0)
 
 
