@@ -39,6 +39,9 @@ class SecondRunEffect:
     p_value: float
     """p of the first effect with the other effect in the model, corrected for the number of effects
     that were tried as the other effect."""
+    zero: tuple[Effect, float] | None = None
+    """Constant of a head, and its size, that the unknown zero of one of the two effects causes;
+    None if the offsets need no such constant."""
 
     @property
     def words(self) -> str:

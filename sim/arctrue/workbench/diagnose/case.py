@@ -52,6 +52,7 @@ from arctrue.workbench.inference.forward.oscillation import (
 from arctrue.workbench.inference.forward.tests_of_a_line import FAMILY_WISE
 from arctrue.workbench.inference.left import Left
 from arctrue.workbench.inference.significance import SIGNIFICANCE
+from arctrue.workbench.observations.display_step import display_step
 
 LEAST_COLOUR = 0.02
 """Smallest sum of the squares of 20 autocorrelations that counts as not white. With many rows, a
@@ -238,7 +239,7 @@ class Case:
         large = [
             item
             for item in found
-            if item is not None and item.rms_arcsec >= self.survey.matters_arcsec
+            if item is not None and item.rms_arcsec >= self._shown_arcsec(item.channel)
         ]
         return max(large, key=lambda item: item.gain, default=None)
 
@@ -247,13 +248,27 @@ class Case:
         """True if every pass of a reference at stations shows an error at the same places."""
         return self.survey.detections.places is not None and not has_records(self.survey.base)
 
+    def _shown_arcsec(self, channel: str) -> float:
+        """Return the smallest RMS of an error without a name that the rows of a channel can show:
+        the negligible size or, in a reference, half a step of its display.
+
+        The rounding error of a display stays within half a step. Where the noise is smaller than
+        the step, the rounding changes as regularly as the error, so that it is not white and may
+        look like a resonance.
+        """
+        rows = self.survey.base.observations.reference
+        step = 0.0
+        if channel == "reference" and rows is not None:
+            step = display_step(rows.error_arcsec)
+        return max(self.survey.matters_arcsec, 0.5 * step)
+
     @property
     def not_noise(self) -> bool:
         """True if a detection in the reference is not noise. As in :attr:`not_white`, whiteness
-        does not count if the residual is below the negligible size: the rounding of coarse counts
-        is not white."""
+        does not count if the rows cannot show the residual: the rounding of coarse counts or of a
+        coarse display is not white."""
         detections, fit = self.survey.detections, self.survey.channels.get("reference")
-        if fit is not None and fit.residual_rms_arcsec < self.survey.matters_arcsec:
+        if fit is not None and fit.residual_rms_arcsec < self._shown_arcsec("reference"):
             return replace(detections, whiteness_p=None).not_noise
         return detections.not_noise
 
@@ -262,9 +277,10 @@ class Case:
         """Channels whose whitened residuals are not white, with the noise that was fitted.
 
         In a reference with closely spaced rows, the test of the forward search replaces this test.
-        A channel does not count if its whole residual is below the negligible size. This is usual
-        where the counts are coarser than the noise: their rounding, at most 0.41 counts RMS between
-        two heads, repeats with the angle and is not white.
+        A channel does not count if its rows cannot show its whole residual
+        (:meth:`_shown_arcsec`). This is usual where the counts are coarser than the noise: their
+        rounding, at most 0.41 counts RMS between two heads, repeats with the angle and is not
+        white.
         """
         residuals, detections = self.survey.residuals, self.survey.detections
         found = []
@@ -275,7 +291,7 @@ class Case:
             if tests is None or (channel == "reference" and detections.bands):
                 continue
             fit = self.survey.channels.get(channel)
-            if fit is not None and fit.residual_rms_arcsec < self.survey.matters_arcsec:
+            if fit is not None and fit.residual_rms_arcsec < self._shown_arcsec(channel):
                 continue
             if tests.autocorrelation_p < least and tests.colour > LEAST_COLOUR:
                 found.append(channel)

@@ -276,13 +276,15 @@ def _with_the_found(
     depends on the direction, may have looked like a resonance. If a product of parts describes the
     whole error, the lines and the jumps are searched again: an error that follows the speed differs
     from run to run and may have looked like a jump, or like a line on each side of its own order. A
-    slow change that the product describes has a known form; if the product leaves a slow change,
+    friction that follows a load may have looked like a mirror that moves between the cycles. A slow
+    change that the product describes has a known form; if the product leaves a slow change,
     the size of the whole change is stated.
     """
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown":
-        kept = detections.steps or detections.causes or detections.places or detections.slow
-        if not kept and detections.oscillation is None:
+        lists = detections.steps or detections.causes
+        others = (detections.places, detections.slow, detections.cycles, detections.oscillation)
+        if not lists and all(item is None for item in others):
             return detections
         left = detections_of(product.at_maximum, effects)
         if left.slow is None:
@@ -295,6 +297,7 @@ def _with_the_found(
             oscillation=left.oscillation if detections.oscillation is not None else None,
             steps=left.steps if detections.steps else (),
             places=left.places,
+            cycles=left.cycles if detections.cycles is not None else None,
             fast=left.fast if detections.fast else (),
             drift=left.drift if detections.drift is not None else None,
         )

@@ -81,6 +81,14 @@ def to_separate(described: Candidate, equals: Sequence[Candidate]) -> NextMeasur
     """Return the measurement that separates the conditions of equal descriptions."""
     parts = _parts([described, *equals])
     first, *others = parts
+    if not others:
+        # Two functions of one quantity, such as speed² and |speed|, are the same at two values.
+        forms = " and ".join(_words(item) for item in (described, *equals))
+        return NextMeasurement(
+            f"the same run once more at a value of the {first} that this set does not have: at its "
+            f"values, {forms} describe the error equally well",
+            None,
+        )
     together = "it" if len(others) == 1 else "they"
     second = _listed(others)
     if first in ("time", "settling"):
@@ -121,6 +129,11 @@ def _parts(found: Sequence[Candidate]) -> list[str]:
 
 def _listed(parts: Sequence[str]) -> str:
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"
+
+
+def _words(item: Candidate) -> str:
+    assert isinstance(item.effect, ProductOfParts)
+    return item.effect.condition.words
 
 
 def _part(item: Candidate) -> str:

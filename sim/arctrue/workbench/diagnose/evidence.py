@@ -257,7 +257,7 @@ def _second_run_effects(tried: Survey) -> dict[str, SecondRunEffect]:
     tests = tried.absent * tried.looks
     found = second_head_effects(tried.residuals, tried.candidates, tests)
     change = tried.detections.cycles
-    if change is not None and change.of_runs:
+    if change is not None and not change.order_1_arcsec:
         found |= second_run_effects(tried.residuals, tried.candidates, tests)
     return found
 

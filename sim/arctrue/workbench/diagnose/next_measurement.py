@@ -159,6 +159,11 @@ LOOK_AT_THE_BRACKETS = NextMeasurement(
     "then stands still",
     "again",
 )
+LOOK_AT_THE_DRIVE = NextMeasurement(
+    "the same log with the balance, the clamps and the cables changed: a drive or a mount that "
+    "sticks and slips then does so at other times, or no longer",
+    None,
+)
 CLAMPED_AGAIN = NextMeasurement(
     "the same runs without touching heads, reference and their mounts in between: zero and order 1 "
     "then stay the same from run to run",

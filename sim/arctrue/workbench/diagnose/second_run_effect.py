@@ -94,26 +94,29 @@ def second_run_effects(
 
 
 def without(residuals: Residuals, other: SecondRunEffect) -> Residuals:
-    """Return the residuals of the model with the other effect subtracted from capture and
-    reference."""
+    """Return the residuals of the model with the other effect, and the constant of an unknown zero,
+    subtracted from capture and reference."""
     solution = residuals.solution
+    sizes = [(other.effect, other.coefficient), *([] if other.zero is None else [other.zero])]
 
     def corrected(rows: ReferenceRows | None) -> ReferenceRows | None:
         if rows is None:
             return None
-        columns = other.effect.reference_columns(rows, {}, solution.context)
-        if columns is None:
-            return rows
-        return replace(rows, error_arcsec=rows.error_arcsec - other.coefficient * columns[:, 0])
+        for effect, size in sizes:
+            columns = effect.reference_columns(rows, {}, solution.context)
+            if columns is not None:
+                rows = replace(rows, error_arcsec=rows.error_arcsec - size * columns[:, 0])
+        return rows
 
     def corrected_capture(rows: CaptureRows | None) -> CaptureRows | None:
         if rows is None:
             return None
-        columns = capture_block(other.effect, rows, {}, solution.context)
-        if columns is None:
-            return rows
-        error = other.coefficient * columns[:, 0]
-        return replace(rows, difference_arcsec=rows.difference_arcsec - error)
+        for effect, size in sizes:
+            columns = capture_block(effect, rows, {}, solution.context)
+            if columns is not None:
+                error = size * columns[:, 0]
+                rows = replace(rows, difference_arcsec=rows.difference_arcsec - error)
+        return rows
 
     before = solution.observations
     capture = corrected_capture(before.capture)

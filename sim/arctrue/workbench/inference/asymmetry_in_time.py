@@ -1,13 +1,13 @@
-"""Tests whether the residuals of a capture change in the same way forward and backward in time.
+"""Tests whether the residuals change in the same way forward and backward in time.
 
-Normal noise of any colour does: rises are as steep as falls. A head that creeps and then slips back
-does not. The noise model absorbs such a motion as slow noise, so that the whitened residuals remain
-white.
+Normal noise of any colour does: rises are as steep as falls. A head or a drive that creeps and then
+slips back does not. The noise model absorbs such a motion as slow noise, so that the whitened
+residuals remain white.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from arctrue.base.runs import run_spans
+from arctrue.workbench.inference.forward.of_solution import has_records
 from arctrue.workbench.inference.residuals import Residuals
 
 Float = NDArray[np.float64]
@@ -51,6 +52,8 @@ class Asymmetry:
     """Root mean square of the changes from block to block, without those of white noise."""
     step_s: float
     """Length of the block at which the asymmetry is largest."""
+    of_reference: bool = False
+    """True for a log of the reference, False for R₂ − R₁."""
 
     def words(self) -> str:
         """Describe the asymmetry in words."""
@@ -58,16 +61,32 @@ class Asymmetry:
         where = (
             " in the positive direction (the opposite in the other)" if self.by_direction else ""
         )
+        what, like = ("R₂ − R₁", "a bracket")
+        if self.of_reference:
+            what, like = ("the error of the reference", "a drive, a mount or a cable")
         return (
-            f"R₂ − R₁ {rise} again and again{where} and {fall} slowly in between (changes within "
-            f"{self.step_s:.2g} s: {self.rms_arcsec:.2g}″ RMS), like a bracket that sticks and "
-            "slips"
+            f"{what} {rise} again and again{where} and {fall} slowly in between (changes within "
+            f"{self.step_s:.2g} s: {self.rms_arcsec:.2g}″ RMS), like {like} that sticks and slips"
         )
 
 
+@dataclass(frozen=True, eq=False)
+class _Values:
+    """Residuals of one channel of a capture, or of a log of the reference."""
+
+    values: Float
+    spans: Sequence[tuple[int, int]]
+    """First row of each run, and the row after its last."""
+    ways: Float
+    """Direction of each run."""
+    step_s: float
+    white_arcsec: float
+    of_reference: bool
+
+
 def asymmetry_in_time(residuals: Residuals) -> Asymmetry | None:
-    """Return the largest asymmetry of a capture's residuals; None without a capture, or with too
-    few rows.
+    """Return the most significant asymmetry of the residuals of a capture and of a log of the
+    reference; None without them, or with too few rows.
 
     For blocks of 1, 2, 4, … rows, the changes of the mean from each block to the next are divided
     by their root mean square. The mean of the Hermite polynomial u³ − 3u of these changes is 0 for
@@ -75,28 +94,25 @@ def asymmetry_in_time(residuals: Residuals) -> Asymmetry | None:
     correlation, 6·Σρ³, times the mean square of the polynomial over 6 if the changes have longer
     tails.
     """
-    rows, values, noise = (
-        residuals.observations.capture,
-        residuals.capture_arcsec,
-        residuals.solution.noise.capture,
-    )
-    if rows is None or values is None or noise is None:
-        return None
-    spans = run_spans(rows.run)
     found: list[tuple[float, float, Asymmetry]] = []
-    for channel in range(rows.channels):
-        own = [span for span in spans if rows.run[span[0]] % rows.channels == channel]
-        ways = np.array([np.sign(rows.direction[start]) for start, _ in own])
-        step = float(np.median([np.median(np.diff(rows.time_s[one:end])) for one, end in own]))
+    for part in [*_of_capture(residuals), *_of_log(residuals)]:
         size = 1
-        while sum(end - start for start, end in own) >= 2 * size * LEAST_CHANGES:
-            changes = [_changes(values[start:end], size) for start, end in own]
-            for by_direction in (False, True)[: 1 + int(np.unique(ways).size > 1)]:
-                signs = ways if by_direction else np.ones(len(own))
+        while sum(end - start for start, end in part.spans) >= 2 * size * LEAST_CHANGES:
+            changes = [_changes(part.values[start:end], size) for start, end in part.spans]
+            for by_direction in (False, True)[: 1 + int(np.unique(part.ways).size > 1)]:
+                signs = part.ways if by_direction else np.ones(len(part.spans))
                 turned = [one * sign for one, sign in zip(changes, signs, strict=True)]
                 ratio, in_tails, square = _asymmetry(turned, size)
-                rms = np.sqrt(max(square - 2.0 * noise.white_rms_arcsec**2 / size, 0.0))
-                item = Asymmetry(1.0, 1.0, bool(ratio > 0.0), by_direction, float(rms), size * step)
+                rms = np.sqrt(max(square - 2.0 * part.white_arcsec**2 / size, 0.0))
+                item = Asymmetry(
+                    1.0,
+                    1.0,
+                    bool(ratio > 0.0),
+                    by_direction,
+                    float(rms),
+                    size * part.step_s,
+                    part.of_reference,
+                )
                 found.append((abs(ratio), abs(in_tails), item))
             size *= 2
     if not found:
@@ -106,6 +122,45 @@ def asymmetry_in_time(residuals: Residuals) -> Asymmetry | None:
         min(1.0, 2.0 * float(ndtr(-one)) * len(found)) for one in (ratio, in_tails)
     )
     return replace(best, p_value=p_value, p_in_tails=p_in_tails)
+
+
+def _of_capture(residuals: Residuals) -> Iterator[_Values]:
+    """Yield the residuals of each channel of the capture."""
+    rows, values, noise = (
+        residuals.observations.capture,
+        residuals.capture_arcsec,
+        residuals.solution.noise.capture,
+    )
+    if rows is None or values is None or noise is None:
+        return
+    for channel in range(rows.channels):
+        spans = [one for one in run_spans(rows.run) if rows.run[one[0]] % rows.channels == channel]
+        ways = np.array([np.sign(rows.direction[start]) for start, _ in spans])
+        step_s = _usual_step(rows.time_s, spans)
+        yield _Values(values, spans, ways, step_s, noise.white_rms_arcsec, of_reference=False)
+
+
+def _of_log(residuals: Residuals) -> Iterator[_Values]:
+    """Yield the residuals of the reference, if it is a log over time."""
+    rows, values, noise = (
+        residuals.observations.reference,
+        residuals.reference_arcsec,
+        residuals.solution.noise.reference,
+    )
+    if rows is None or values is None or noise is None or rows.time_s is None:
+        return
+    spans = [(start, end) for start, end in run_spans(rows.run) if end - start > 1]
+    if not spans or not has_records(residuals.solution):
+        return
+    ways = np.ones(len(spans))
+    if rows.direction is not None:
+        ways = np.array([np.sign(rows.direction[start]) for start, _ in spans])
+    step_s = _usual_step(rows.time_s, spans)
+    yield _Values(values, spans, ways, step_s, noise.white_rms_arcsec, of_reference=True)
+
+
+def _usual_step(time_s: Float, spans: Sequence[tuple[int, int]]) -> float:
+    return float(np.median([np.median(np.diff(time_s[start:end])) for start, end in spans]))
 
 
 def _changes(values: Float, size: int) -> Float:

@@ -57,3 +57,18 @@ def test_a_line_that_the_rounding_can_cause_is_not_named() -> None:
     assert found.named is None
     assert found.verdict == "cannot_tell"
     assert "rounded to 20″" in sentences(found)[0]
+
+
+def test_the_rounding_of_one_turn_is_no_resonance() -> None:
+    """A display rounds to 0.5″, sixteen times the noise. The rounding error of at most 0.25″
+    follows the error of the disc and is neither a resonance nor noise that is not white."""
+    random = np.random.default_rng(4)
+    angle = np.linspace(0.0, 360.0, 1900, endpoint=False)
+    error = 22.0 * np.cos(np.radians(angle) + 0.7) + 1.1 * np.cos(2.0 * np.radians(angle) - 1.0)
+    error += 0.03 * random.normal(size=angle.size)
+    reference = Reference(
+        target_deg=angle, error_arcsec=0.5 * np.round(error / 0.5), time_s=2.0 * angle
+    )
+    observations = observations_of(MeasurementSet(Table(), None, reference, title="one turn"))
+    found = diagnose(observations, settle(default_model(), observations, EFFECTS), EFFECTS)
+    assert found.verdict in ("adequate", "cannot_tell")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 
-from arctrue.measurement import MeasurementSet, Reference, Table
+from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.workbench.diagnose.report import sentences
 
 
@@ -100,3 +100,43 @@ def test_every_condition_that_changed_together_is_stated(seed: int) -> None:
     assert found.next_measurement is not None
     assert "load_nm in another order" in found.next_measurement
     assert "repeats at equal angle" not in said
+
+
+COUNTS = 1 << 24
+
+
+def _ripple_of_a_motor(seed: int) -> MeasurementSet:
+    """Return runs of 1.3 turns at ±10 and ±40 °/s, in which head 1 has an error of order 12 of
+    0.1″ at 10 °/s and 0.4″ at 40 °/s; each head has 0.1″ of noise."""
+    random = np.random.default_rng(seed)
+    rows, runs, times, heads = 800, [], [], []
+    for number, speed in enumerate([10.0, -10.0, 40.0, -40.0]):
+        since = np.linspace(0.0, 1.3 * 360.0 / abs(speed), rows, endpoint=False)
+        angle = 25.0 * number + speed * since
+        ripple = 0.01 * abs(speed) * np.sin(12.0 * np.radians(angle) + 0.3)
+        readings = [
+            3600.0 * place + 30.0 * np.cos(np.radians(place)) + random.normal(0.0, 0.1, rows)
+            for place in (angle, angle + 33.0)
+        ]
+        readings[0] += ripple
+        runs.append(np.full(rows, number))
+        times.append(200.0 * number + since)
+        heads.append([np.rint(item / 1_296_000.0 * COUNTS).astype(np.int64) for item in readings])
+    capture = Capture(
+        run=np.concatenate(runs),
+        time_s=np.concatenate(times),
+        head1_counts=np.concatenate([item[0] for item in heads]),
+        head2_counts=np.concatenate([item[1] for item in heads]),
+    )
+    table = Table(counts_per_rev=COUNTS, grating_lines=16_384, head_separation_deg=33.0)
+    return MeasurementSet(table, capture, None, title="ripple of a motor")
+
+
+def test_two_speeds_do_not_separate_the_speed_from_its_square() -> None:
+    found = diagnosis_of(_ripple_of_a_motor(1))
+    assert found.verdict == "unknown"
+    assert {"speed²", "|speed|"} == {
+        item.effect.condition.words for item in (found.described, *found.equals)
+    }
+    assert found.next_measurement is not None
+    assert "a value of the speed that this set does not have" in found.next_measurement

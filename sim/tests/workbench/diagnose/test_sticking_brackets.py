@@ -1,7 +1,7 @@
 """Tests that a bracket that creeps and slips is described, although the noise model absorbs it.
 
-The simulation is plain numpy: head 2 creeps at a constant rate and slips back at irregular
-instants; both heads have white noise of 0.1″.
+The simulation is plain numpy: head 2, or the drive of a telescope that follows a star, creeps at a
+constant rate and slips back at irregular instants; both heads have white noise of 0.1″.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import pytest
 from sim.tests.workbench.base_diagnosis import diagnosis_of
 from sim.tests.workbench.small_sets import ALPHA, ARCSEC, COUNTS_PER_REV
 
-from arctrue.measurement import Capture, MeasurementSet, Table
+from arctrue.measurement import Capture, MeasurementSet, Reference, Table
 from arctrue.workbench.effects.registry import built_in
 from arctrue.workbench.inference.asymmetry_in_time import Asymmetry, asymmetry_in_time
 from arctrue.workbench.inference.design_matrix import Term
@@ -134,3 +134,45 @@ def test_wild_rows_and_gusts_have_no_asymmetry() -> None:
     for moved in (wild, gusts):
         found = _asymmetry(Residuals(fit(terms, observations_of(_set(4, moved)))))
         assert found.p_in_tails > 0.01
+
+
+def _log(seed: int, moved_arcsec: np.ndarray) -> MeasurementSet:
+    """Return a log of a telescope at 15″/s, a row a second, with white noise of 0.24″ and seeing of
+    0.32″ with a time constant of 1.5 s."""
+    random = np.random.default_rng(seed)
+    time_s = np.arange(moved_arcsec.size) * 1.0
+    seeing, kept = np.zeros(time_s.size), np.exp(-1.0 / 1.5)
+    for row in range(1, time_s.size):
+        new = 0.32 * np.sqrt(1.0 - kept**2) * random.normal()
+        seeing[row] = kept * seeing[row - 1] + new
+    reference = Reference(
+        target_deg=15.0 / 3600.0 * time_s,
+        error_arcsec=moved_arcsec + seeing + random.normal(0.0, 0.24, time_s.size),
+        time_s=time_s,
+    )
+    return MeasurementSet(Table(), None, reference, title="telescope")
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_drive_that_sticks_and_slips_is_described(seed: int) -> None:
+    """The drive lags behind by 0.05″ more in each second until it slips, after 10 s to 30 s. The
+    slips are too small to be listed as jumps."""
+    slips = np.cumsum(np.random.default_rng(seed).uniform(10.0, 30.0, 200))
+    starts = np.concatenate([[0.0], slips])
+    time_s = np.arange(1600.0)
+    moved = 0.05 * (time_s - starts[np.searchsorted(slips, time_s, side="right")])
+    found = diagnosis_of(_log(seed, moved))
+    assert found.verdict == "unknown"
+    assert found.decision.seen is not None
+    assert "the reference jumps down again and again and rises slowly" in found.decision.seen
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_wandering_star_does_not_stick(seed: int) -> None:
+    """Slow noise of 0.8″ RMS with a time constant of 20 s is symmetric in time."""
+    random = np.random.default_rng(10 + seed)
+    kept = np.exp(-1.0 / 20.0)
+    moved = np.zeros(1200)
+    for row in range(1, moved.size):
+        moved[row] = kept * moved[row - 1] + 0.8 * np.sqrt(1.0 - kept**2) * random.normal()
+    assert diagnosis_of(_log(seed, moved)).decision.seen is None

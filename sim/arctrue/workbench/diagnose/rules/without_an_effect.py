@@ -7,6 +7,7 @@ from arctrue.workbench.diagnose.decision import Decision
 from arctrue.workbench.diagnose.lack_of_fit import LACK_OF_FIT, LEAST_EXCESS
 from arctrue.workbench.diagnose.next_measurement import (
     LOOK_AT_THE_BRACKETS,
+    LOOK_AT_THE_DRIVE,
     OF_PARTS,
     TURN_THE_POLYGON,
     TURN_THE_REFERENCE,
@@ -83,8 +84,8 @@ def jumped_or_not_white(case: Case) -> Decision | None:
 
 
 def sticks_and_slips(case: Case) -> Decision | None:
-    """No effect is found, or a single slip of counts, and R₂ − R₁ jumps in one direction again and
-    again and creeps back."""
+    """No effect is found, or a single slip of counts, and R₂ − R₁ or a log of the reference jumps
+    in one direction again and again and creeps back."""
     best = case.best
     if case.depth > 1 or (best is not None and best.effect.step_at is None):
         return None
@@ -96,7 +97,8 @@ def sticks_and_slips(case: Case) -> Decision | None:
         or found.rms_arcsec < case.survey.matters_arcsec
     ):
         return None
-    return Decision("unknown", seen=found.words(), next=LOOK_AT_THE_BRACKETS)
+    where = LOOK_AT_THE_DRIVE if found.of_reference else LOOK_AT_THE_BRACKETS
+    return Decision("unknown", seen=found.words(), next=where)
 
 
 def runs_follow_a_condition(case: Case) -> Decision | None:

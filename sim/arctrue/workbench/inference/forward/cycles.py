@@ -53,9 +53,10 @@ class CycleChange:
     def words(self) -> str:
         """Return the detection in words."""
         if self.explained_by:
+            what = "run to run" if self.of_runs else "cycle to cycle"
             return (
-                f"the offset of the reference changes from run to run by {self.rms_arcsec:.2g}″ "
-                f"RMS, which {' and '.join(self.explained_by)} explain together"
+                f"the offset of the reference changes from {what} by {self.rms_arcsec:.2g}″ RMS, "
+                f"which {' and '.join(self.explained_by)} explain together"
             )
         if self.order_1_arcsec:
             return (
