@@ -138,7 +138,7 @@ module coefficient_memory_rules #(
         slot <= (slot + 1) % FOLD;
         idle <= reset ? idle_next : idle_now;
         bank <= {swap_now ? idle_now : bank[0], bank[0:OLDEST - 1]};
-        swap_waits <= (swap || swap_waits) && !swap_now;
+        swap_waits <= !reset && (swap || swap_waits) && !swap_now;
         swap_before <= swap_now;
         finishes <= probe_answers && !reset;
         read_back <= {idle_next, read_back[0]};

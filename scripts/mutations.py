@@ -500,6 +500,14 @@ VHDL_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "tb/coefficients/test_coefficient_memory.py",
     ),
     Mutation(
+        "swap_outlasts_reset",
+        "a swap that waits takes place after a reset",
+        "rtl/coefficients/coefficient_memory.vhd",
+        "        swap_waits <= '0';\n",
+        "        null;\n",
+        "tb/coefficients/test_coefficient_memory.py",
+    ),
+    Mutation(
         "idle_bank_not_filled",
         "after a swap the idle bank keeps the words from before the swap",
         "rtl/coefficients/coefficient_memory.vhd",

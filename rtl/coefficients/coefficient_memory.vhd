@@ -48,8 +48,9 @@
 -- and since the fill, so that turn_offset_sweep has computed all offsets anew. The turn steps add 18 · LANES clocks to
 -- the fill.
 --
--- **Reset.** `reset` drops a pending write; a write in progress ends without an acknowledge. The reset keeps both banks
--- and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
+-- **Reset.** `reset` drops a pending write and a swap that waits; a write in progress ends without an acknowledge. The
+-- reset keeps both banks and lets a swap that has taken place end; otherwise parts of two banks would stay active
+-- together. At power-up both banks are zero.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -232,6 +233,12 @@ begin
       copying    <= swapped(0 to LAST_COPY - 1);
       swap_waits <= (swap or swap_waits) and not may_swap;
       is_quiet   <= not (swap_now or (or copying) or filling or fill_under_way(1) or turns_copied);
+
+      -- The reset clears what belongs to a swap in the other entities, too: a swap that waited until after the reset
+      -- would activate lanes without the local table.
+      if reset = '1' then
+        swap_waits <= '0';
+      end if;
 
       if swap_now = '1' then
         active <= not active;
