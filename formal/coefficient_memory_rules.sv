@@ -62,12 +62,12 @@ module coefficient_memory_rules #(
     wire probe_active, probe_phase_bank, probe_amplitude_bank;
     wire [2:0] probe_phase_slot, probe_amplitude_slot;
     wire [1:LAST] probe_copying;
-    wire probe_swap_waits, probe_swap_now;
+    wire probe_swap_waits, probe_takes_place;
     wire probe_pending_word, probe_pending_offset;
     wire [7:0] probe_address;
     wire [31:0] probe_data;
     wire probe_is_quiet, probe_answers, probe_writing, probe_filling;
-    wire [7:0] probe_fill_address, probe_fill_address_1, probe_fill_address_2;
+    wire [7:0] probe_fill_address, probe_fill_address_1, probe_fill_place;
     wire [1:2] probe_fill_under_way;
     wire [31:0] probe_fill_stored, probe_fill_word, probe_read_stored;
     wire [0:4 * BUILT - 1] probe_selected;
@@ -138,7 +138,7 @@ module coefficient_memory_rules #(
         slot <= (slot + 1) % FOLD;
         idle <= reset ? idle_next : idle_now;
         bank <= {swap_now ? idle_now : bank[0], bank[0:OLDEST - 1]};
-        swap_waits <= (swap || swap_waits) && !swap_now;
+        swap_waits <= !reset && (swap || swap_waits) && !swap_now;
         swap_before <= swap_now;
         finishes <= probe_answers && !reset;
         read_back <= {idle_next, read_back[0]};
@@ -194,7 +194,7 @@ module coefficient_memory_rules #(
 
             // Lemmas: the swap and the write that wait.
             assert (probe_swap_waits == swap_waits);
-            assert (probe_swap_now == swap_now);
+            assert (probe_takes_place == swap_now);
             assert (probe_is_quiet == (since >= WRITABLE));
             assert (!(probe_pending_word && probe_pending_offset));
             assert (!(probe_pending_word || probe_pending_offset) || !probe_answers);
@@ -215,13 +215,13 @@ module coefficient_memory_rules #(
             assert (probe_writing == (probe_answers || (since > LAST + 3 && since <= FILLED + 3)));
             assert (!probe_filling || probe_fill_address == since - LAST - 1);
             assert (!probe_fill_under_way[1] || probe_fill_address_1 == since - LAST - 2);
-            assert (!probe_fill_under_way[2] || probe_fill_address_2 == since - LAST - 3);
+            assert (!probe_fill_under_way[2] || probe_fill_place == since - LAST - 3);
             assert (probe_selected_slot < FOLD);
             if (!is_offset) begin
                 assert ((|(probe_read_stored & one)) == read_back[0]);
                 assert (!probe_fill_under_way[1] || probe_fill_address_1 != place
                         || (|(probe_fill_stored & one)) == idle_now);
-                assert (!probe_fill_under_way[2] || probe_fill_address_2 != place
+                assert (!probe_fill_under_way[2] || probe_fill_place != place
                         || (|(probe_fill_word & one)) == idle_now);
                 assert (enters == (finishing || since == LAST + 4 + place));
                 assert (!enters || (|(probe_written & one)) == (finishing ? data_bit : idle_now));

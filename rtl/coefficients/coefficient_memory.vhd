@@ -5,7 +5,8 @@
 -- Stores two banks of coefficients for every lane of equation (9): the pipeline reads the active bank, the processor
 -- writes the idle bank. A pulse of `swap` makes the idle bank the active one for all lanes at once. Then the entity
 -- copies the active values into the new idle bank, so that the processor can change single words and swap again. The
--- source of this copy is a block RAM, from which the processor also reads the words back.
+-- source of this copy is idle_words, from which the processor also reads the words back. bank_swap decides when a swap
+-- takes place.
 --
 -- **Words.** `write_address` = lane * 4 + word. Word 0: phase step, bits 31..0; word 1: phase step, bits 47..32; word
 -- 2: phase offset; word 3: amplitude, sign-extended to 32 bits. A word of a lane that is not built is acknowledged, not
@@ -48,8 +49,9 @@
 -- and since the fill, so that turn_offset_sweep has computed all offsets anew. The turn steps add 18 · LANES clocks to
 -- the fill.
 --
--- **Reset.** `reset` drops a pending write; a write in progress ends without an acknowledge. The reset keeps both banks
--- and lets a swap end; otherwise parts of two banks would stay active together. At power-up both banks are zero.
+-- **Reset.** `reset` drops a pending write and a swap that waits; a write in progress ends without an acknowledge. The
+-- reset keeps both banks and lets a swap that has taken place end; otherwise parts of two banks would stay active
+-- together. At power-up both banks are zero.
 
 library ieee;
   use ieee.std_logic_1164.all;
@@ -107,12 +109,7 @@ end entity coefficient_memory;
 
 architecture rtl of coefficient_memory is
 
-  constant BUILT     : positive := LANES / FOLD;
-  constant LAST_COPY : positive := maximum(maximum(PHASE_OFFSET_DELAY, AMPLITUDE_DELAY), OFFSET_DELAY);
-  constant LAST_WORD : positive := 4 * LANES - 1;
-
-  -- Number of bits of word 1: the upper bits of the phase step, and the bits that choose the modulator.
-  constant HIGH_BITS : positive := PHASE_STEP_WIDTH - 32 + 3 * boolean'pos(MODULATORS);
+  constant BUILT : positive := LANES / FOLD;
 
   -- Number of turns for which each lane has a stored phase offset.
   constant PREPARED_TURNS : positive := 1 + 3 * boolean'pos(REAL_ORDERS);
@@ -123,37 +120,24 @@ architecture rtl of coefficient_memory is
 
   subtype slot_number is u_unsigned(2 downto 0);
 
-  type words is array (0 to 4 * LANES_MAX - 1) of word;
-
-  -- Returns the slot `ahead` clocks after `now`.
-  function later (now : slot_number; ahead : integer) return slot_number is
-  begin
-
-    return (now + (ahead mod FOLD)) and to_unsigned(FOLD - 1, 3);
-
-  end function later;
-
   -- Initial values are the state at power-up.
-  signal active : std_ulogic := '0';
-
   signal idle_constant   : u_signed(offset'range) := (others => '0');
   signal active_constant : u_signed(offset'range) := (others => '0');
 
-  -- Bank and slot of the words that the outputs show in the next clock.
+  -- The active bank, and bank and slot of the words that the outputs show in the next clock
+  signal active         : std_ulogic;
   signal step_bank      : std_ulogic;
   signal step_slot      : slot_number;
-  signal phase_bank     : std_ulogic  := '0';
-  signal phase_slot     : slot_number := later("000", 1 - PHASE_OFFSET_DELAY);
-  signal amplitude_bank : std_ulogic  := '0';
-  signal amplitude_slot : slot_number := later("000", 1 - AMPLITUDE_DELAY);
+  signal phase_bank     : std_ulogic;
+  signal phase_slot     : slot_number;
+  signal amplitude_bank : std_ulogic;
+  signal amplitude_slot : slot_number;
 
-  signal swap_waits : std_ulogic := '0';
-  signal may_swap   : std_ulogic;
-  signal swap_now   : std_ulogic;
-
-  -- swapped(d) is high d clocks after a swap.
-  signal swapped : std_ulogic_vector(0 to LAST_COPY);
-  signal copying : std_ulogic_vector(1 to LAST_COPY) := (others => '0');
+  signal swap_waits      : std_ulogic;
+  signal is_ready        : std_ulogic;
+  signal swap_under_way  : std_ulogic;
+  signal offset_changes  : std_ulogic;
+  signal all_are_swapped : std_ulogic;
 
   -- A write that waits, with its address and its data
   signal pending_word   : std_ulogic   := '0';
@@ -164,14 +148,11 @@ architecture rtl of coefficient_memory is
   signal data           : word         := (others => '0');
   signal write_now      : std_ulogic;
 
-  -- Filling of the idle bank: the address that is read, and the addresses of the two clocks before
-  signal filling        : std_ulogic   := '0';
-  signal fill_address   : word_address := (others => '0');
-  signal fill_under_way : std_ulogic_vector(1 to 2) := (others => '0');
-  signal fill_address_1 : word_address := (others => '0');
-  signal fill_address_2 : word_address := (others => '0');
-  signal fill_stored    : word         := (others => '0');
-  signal fill_word      : word         := (others => '0');
+  -- Filling of the idle bank
+  signal fills       : std_ulogic;
+  signal fill_enable : std_ulogic;
+  signal fill_place  : word_address;
+  signal fill_word   : word;
 
   -- High if no swap is taking effect and the idle bank is filled. (In the first such clock the last write of the fill
   -- may still take place.)
@@ -208,46 +189,73 @@ architecture rtl of coefficient_memory is
   signal is_turn_step  : std_ulogic   := '0';
 
   signal of_coefficients : word;
-  signal read_back   : words := (others => (others => '0'));
-  signal read_stored : word  := (others => '0');
 
 begin
 
   write_now <= (pending_word or pending_offset or pending_turn) and not swap_waits and not swap and is_quiet and not reset;
-  may_swap  <= swap_allowed and is_quiet and not writing and swept and turns_swept;
-  swap_now  <= (swap or swap_waits) and may_swap;
-  swapped   <= swap_now & copying;
+  is_ready  <= is_quiet and not writing and swept and turns_swept;
 
-  swap_comes  <= swap_now;
-  swap_marker <= copying(1);
   swap_busy   <= swap_waits or not is_quiet;
   offset      <= active_constant;
   idle_offset <= idle_constant;
   idle_bank   <= not active;
 
-  swapping : process (clock) is
+  swapping : entity work.bank_swap
+    generic map (
+      FOLD               => FOLD,
+      PHASE_OFFSET_DELAY => PHASE_OFFSET_DELAY,
+      AMPLITUDE_DELAY    => AMPLITUDE_DELAY,
+      OFFSET_DELAY       => OFFSET_DELAY
+    )
+    port map (
+      clock          => clock,
+      reset          => reset,
+      swap           => swap,
+      swap_allowed   => swap_allowed,
+      ready          => is_ready,
+      slot           => slot,
+      waits          => swap_waits,
+      takes_place    => swap_comes,
+      marker         => swap_marker,
+      under_way      => swap_under_way,
+      offset_changes => offset_changes,
+      ends           => all_are_swapped,
+      active         => active,
+      step_bank      => step_bank,
+      step_slot      => step_slot,
+      phase_bank     => phase_bank,
+      phase_slot     => phase_slot,
+      amplitude_bank => amplitude_bank,
+      amplitude_slot => amplitude_slot
+    );
+
+  -- The processor reads these words, and they fill the idle bank when all outputs have changed their bank.
+  idle : entity work.idle_words
+    generic map (
+      LANES      => LANES,
+      MODULATORS => MODULATORS
+    )
+    port map (
+      clock         => clock,
+      write_enable  => write_now and pending_word,
+      write_address => address,
+      write_data    => data,
+      read_address  => read_address,
+      read_data     => of_coefficients,
+      start_fill    => all_are_swapped,
+      fills         => fills,
+      fill_enable   => fill_enable,
+      fill_place    => fill_place,
+      fill_word     => fill_word
+    );
+
+  constants : process (clock) is
   begin
 
     if rising_edge(clock) then
-      copying    <= swapped(0 to LAST_COPY - 1);
-      swap_waits <= (swap or swap_waits) and not may_swap;
-      is_quiet   <= not (swap_now or (or copying) or filling or fill_under_way(1) or turns_copied);
+      is_quiet <= not (swap_under_way or fills or turns_copied);
 
-      if swap_now = '1' then
-        active <= not active;
-      end if;
-      -- Phase offsets and amplitudes take the bank number of the phase steps, so that after a swap all three use the
-      -- same bank.
-      if swapped(PHASE_OFFSET_DELAY - 1) = '1' then
-        phase_bank <= step_bank;
-      end if;
-      if swapped(AMPLITUDE_DELAY - 1) = '1' then
-        amplitude_bank <= step_bank;
-      end if;
-      phase_slot     <= later(slot, 2 - PHASE_OFFSET_DELAY);
-      amplitude_slot <= later(slot, 2 - AMPLITUDE_DELAY);
-
-      if copying(OFFSET_DELAY) = '1' then
+      if offset_changes = '1' then
         active_constant <= idle_constant;
       end if;
       if write_now = '1' and pending_offset = '1' then
@@ -255,30 +263,7 @@ begin
       end if;
     end if;
 
-  end process swapping;
-
-  -- Fills the idle bank after a swap, when all outputs have changed their bank.
-  fill : process (clock) is
-  begin
-
-    if rising_edge(clock) then
-      if copying(LAST_COPY) = '1' then
-        filling      <= '1';
-        fill_address <= (others => '0');
-      else
-        fill_address <= fill_address + 1;
-        if fill_address = LAST_WORD then
-          filling <= '0';
-        end if;
-      end if;
-
-      fill_under_way <= filling & fill_under_way(1);
-      fill_address_1 <= fill_address;
-      fill_address_2 <= fill_address_1;
-      fill_word      <= fill_stored;
-    end if;
-
-  end process fill;
+  end process constants;
 
   write : process (clock) is
 
@@ -288,15 +273,15 @@ begin
   begin
 
     if rising_edge(clock) then
-      if fill_under_way(2) = '1' then
-        target  := fill_address_2;
+      if fill_enable = '1' then
+        target  := fill_place;
         written <= fill_word;
       else
         target  := address;
         written <= data;
       end if;
-      enters  := fill_under_way(2) or (write_now and pending_word);
-      writing <= fill_under_way(2) or write_now;
+      enters  := fill_enable or (write_now and pending_word);
+      writing <= fill_enable or write_now;
 
       selected <= (others => '0');
 
@@ -338,17 +323,13 @@ begin
   begin
 
     if rising_edge(clock) then
-      is_written    <= fill_under_way(2) or (write_now and pending_word);
+      is_written    <= fill_enable or (write_now and pending_word);
       is_turn_step  <= write_now and pending_turn;
-      written_place <= fill_address_2 when fill_under_way(2) = '1' else
+      written_place <= fill_place when fill_enable = '1' else
                        address;
     end if;
 
   end process place;
-
-  step_bank <= not active when swap_now = '1' else
-               active;
-  step_slot <= later(slot, 1);
 
   columns : for column in 0 to BUILT - 1 generate
 
@@ -493,7 +474,7 @@ begin
         write_offset => is_written and (written_place(1 downto 0) ?= "10"),
         write_lane   => written_lane,
         write_word   => written,
-        take_over    => copying(LAST_COPY),
+        take_over    => all_are_swapped,
         copies       => turns_copied,
         swept        => turns_swept,
         read_address => read_address(6 downto 0),
@@ -544,42 +525,6 @@ begin
     pending_turn  <= '0';
     read_data     <= of_coefficients;
   end generate real_orders_too;
-
-  -- Block RAM with the words of the idle bank: the processor reads them, and the filling copies them.
-  read_back_memory : process (clock) is
-
-    variable stored : word;
-
-  begin
-
-    if rising_edge(clock) then
-      of_coefficients <= read_stored;
-      read_stored <= read_back(to_integer(read_address));
-      fill_stored <= read_back(to_integer(fill_address));
-
-      if write_now = '1' and pending_word = '1' and address < 4 * LANES then
-
-        case to_integer(address(1 downto 0)) is
-
-          when 0 =>
-            stored := data;
-
-          when 1 =>
-            stored := std_ulogic_vector(resize(u_unsigned(data(HIGH_BITS - 1 downto 0)), 32));
-
-          when 2 =>
-            stored := std_ulogic_vector(resize(u_unsigned(data(PHASE_WIDTH - 1 downto 0)), 32));
-
-          when others =>
-            stored := std_ulogic_vector(resize(u_signed(data(AMPLITUDE_WIDTH - 1 downto 0)), 32));
-
-        end case;
-
-        read_back(to_integer(address)) <= stored;
-      end if;
-    end if;
-
-  end process read_back_memory;
 
   check : process (clock) is
   begin

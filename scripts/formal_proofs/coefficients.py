@@ -23,14 +23,23 @@ def _both_banks(lanes: int, fold: int) -> dict[str, str]:
 
 
 def _coefficient_memory_probes(lanes: int, fold: int) -> dict[str, str]:
-    signals = (
-        *("active", "phase_bank", "amplitude_bank", "phase_slot", "amplitude_slot", "copying"),
-        *("swap_waits", "swap_now", "pending_word", "pending_offset", "address", "data"),
-        *("is_quiet", "answers", "writing", "filling", "fill_address", "fill_address_1"),
-        *("fill_address_2", "fill_under_way", "fill_stored", "fill_word", "read_stored"),
-        *("selected", "selected_slot", "written"),
-    )
-    joined = {f"probe_{signal}": f"memory.{signal}" for signal in signals}
+    parts = {
+        "memory": (
+            *("active", "phase_bank", "amplitude_bank", "phase_slot", "amplitude_slot"),
+            *("swap_waits", "pending_word", "pending_offset", "address", "data", "is_quiet"),
+            *("answers", "writing", "selected", "selected_slot", "written", "fill_word"),
+        ),
+        "memory.swapping": ("copying", "takes_place"),
+        "memory.idle": (
+            *("filling", "fill_address", "fill_address_1", "fill_place", "fill_under_way"),
+            *("fill_stored", "read_stored"),
+        ),
+    }
+    joined = {
+        f"probe_{signal}": f"{part}.{signal}"
+        for part, signals in parts.items()
+        for signal in signals
+    }
     return {**joined, **_both_banks(lanes, fold)}
 
 
@@ -65,12 +74,12 @@ COEFFICIENT_MEMORY = Proof(
         Break(
             "a word is written while parts of the pipeline change their bank",
             " and not swap and is_quiet and not reset;\n",
-            " and not swap and (is_quiet or copying(2)) and not reset;\n",
+            " and not swap and (is_quiet or swap_marker) and not reset;\n",
         ),
         Break(
             "a word is written while the idle bank is filled",
             " and not swap and is_quiet and not reset;\n",
-            " and not swap and (is_quiet or filling) and not reset;\n",
+            " and not swap and (is_quiet or fills) and not reset;\n",
         ),
         Break(
             "a word is written in the clock of the swap",
@@ -85,42 +94,47 @@ COEFFICIENT_MEMORY = Proof(
         Break(
             "a swap does not wait for a write under way",
             "is_quiet and not writing and swept and turns_swept;\n",
-            "is_quiet and not (writing and filling) and swept and turns_swept;\n",
+            "is_quiet and not (writing and fills) and swept and turns_swept;\n",
         ),
         Break(
             "amplitudes change their bank one clock too late",
             "if swapped(AMPLITUDE_DELAY - 1) = '1' then\n",
             "if swapped(AMPLITUDE_DELAY) = '1' then\n",
+            entity="bank_swap",
         ),
         Break(
             "a swap while the idle bank is filled is lost",
-            "(swap or swap_waits) and not may_swap;\n",
-            "(swap or swap_waits) and not may_swap and not filling;\n",
+            "(swap or waits) and not may_swap;\n",
+            "(swap or waits) and not may_swap and ready;\n",
+            entity="bank_swap",
         ),
         Break(
             "the idle bank is not filled",
-            "      enters  := fill_under_way(2) or (write_now and pending_word);\n",
+            "      enters  := fill_enable or (write_now and pending_word);\n",
             "      enters  := write_now and pending_word;\n",
         ),
         Break(
             "the idle bank is filled while parts of the pipeline still use it",
-            "      if copying(LAST_COPY) = '1' then\n",
-            "      if copying(1) = '1' then\n",
+            "  ends           <= copying(LAST_COPY);\n",
+            "  ends           <= copying(1);\n",
+            entity="bank_swap",
         ),
         Break(
             "the fill ends one word early",
             "        if fill_address = LAST_WORD then\n",
             "        if fill_address = LAST_WORD - 1 then\n",
+            entity="idle_words",
         ),
         Break(
             "a word is copied to its neighbour's place",
-            "        target  := fill_address_2;\n",
-            "        target  := fill_address_2 + 1;\n",
+            "        target  := fill_place;\n",
+            "        target  := fill_place + 1;\n",
         ),
         Break(
             "a word that is read back lacks a bit",
             "data(PHASE_WIDTH - 1 downto 0)), 32)",
             "data(PHASE_WIDTH - 2 downto 0)), 32)",
+            entity="idle_words",
         ),
     ),
 )
@@ -144,13 +158,15 @@ COEFFICIENT_MEMORY_FOLDED = Proof(
     breaks=(
         Break(
             "a swap takes place between two slots of an angle",
-            "may_swap  <= swap_allowed and is_quiet",
-            "may_swap  <= is_quiet",
+            "  may_swap       <= swap_allowed and ready;\n",
+            "  may_swap       <= ready;\n",
+            entity="bank_swap",
         ),
         Break(
             "amplitudes come from another slot",
-            "      amplitude_slot <= later(slot, 2 - AMPLITUDE_DELAY);\n",
-            "      amplitude_slot <= later(slot, 1 - AMPLITUDE_DELAY);\n",
+            "      slot_of_amplitude <= later(slot, 2 - AMPLITUDE_DELAY);\n",
+            "      slot_of_amplitude <= later(slot, 1 - AMPLITUDE_DELAY);\n",
+            entity="bank_swap",
         ),
         Break(
             "a word is written for another slot",

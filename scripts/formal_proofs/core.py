@@ -6,9 +6,10 @@ from scripts.formal_proofs.proof import Break, Proof
 
 _PIPELINE_SIGNALS = (
     *("active", "step_bank", "phase_bank", "amplitude_bank", "idle_bank", "idle_constant"),
-    *("active_constant", "copying", "swap_waits", "is_quiet", "answers", "writing", "filling"),
-    *("write_now", "is_written", "is_turn_step", "swept", "turns_swept", "fill_address"),
-    *("fill_under_way", "selected", "pending_word", "pending_offset", "pending_turn"),
+    *("active_constant", "swap_waits", "is_quiet", "answers", "writing", "write_now", "selected"),
+    *("is_written", "is_turn_step", "swept", "turns_swept", "pending_word", "pending_offset"),
+    *("pending_turn", "swapping.copying", "idle.filling", "idle.fill_address"),
+    "idle.fill_under_way",
 )
 
 _TABLE_SIGNALS = (
@@ -43,7 +44,10 @@ COMPENSATION_PIPELINE = Proof(
         "local_table",
     ),
     probes={
-        **{f"probe_{name}": f"pipeline.coefficients.{name}" for name in _PIPELINE_SIGNALS},
+        **{
+            f"probe_{name.rpartition('.')[2]}": f"pipeline.coefficients.{name}"
+            for name in _PIPELINE_SIGNALS
+        },
         "probe_take_over": "pipeline.coefficients.real_orders_too_turn_sweep.take_over",
         **{
             f"probe_{name}": f"pipeline.table_over_the_turn_banks.{name}" for name in _TABLE_SIGNALS
@@ -68,13 +72,13 @@ COMPENSATION_PIPELINE = Proof(
             "amplitudes change their bank one clock too late",
             "if swapped(AMPLITUDE_DELAY - 1) = '1' then\n",
             "if swapped(AMPLITUDE_DELAY) = '1' then\n",
-            entity="coefficient_memory",
+            entity="bank_swap",
         ),
         Break(
             "the offset changes with the phase offsets, before its angle arrives",
-            "      if copying(OFFSET_DELAY) = '1' then\n",
-            "      if copying(PHASE_OFFSET_DELAY) = '1' then\n",
-            entity="coefficient_memory",
+            "  offset_changes <= copying(OFFSET_DELAY);\n",
+            "  offset_changes <= copying(PHASE_OFFSET_DELAY);\n",
+            entity="bank_swap",
         ),
         Break(
             "a word is written while a swap waits",
@@ -84,8 +88,8 @@ COMPENSATION_PIPELINE = Proof(
         ),
         Break(
             "turn steps are taken over while angles use the idle bank",
-            "        take_over    => copying(LAST_COPY),\n",
-            "        take_over    => copying(1),\n",
+            "        take_over    => all_are_swapped,\n",
+            "        take_over    => swap_marker,\n",
             entity="coefficient_memory",
         ),
         Break(

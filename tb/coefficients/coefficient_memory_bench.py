@@ -10,6 +10,7 @@ import cocotb
 import numpy as np
 from cocotb.clock import Clock
 from cocotb.triggers import RisingEdge
+from cocotb.types import Logic
 
 from arctrue.gateware.coefficient_memory import CoefficientMemory, bank_words
 from arctrue.gateware.coefficients import Coefficients
@@ -41,9 +42,8 @@ async def start(dut: Any) -> None:
     cocotb.start_soon(Clock(dut.clock, 10, unit="ns", impl="gpi").start())
     if FOLD > 1:
         cocotb.start_soon(count_slots(dut))
-    # The previous test may have left a swap that waits for the end of an earlier swap: wait for
-    # both.
-    for _ in range(2 * (FILLED + FOLD) + 2):
+    # The previous test may have left a swap whose idle bank is still being filled.
+    for _ in range(FILLED + 2):
         await RisingEdge(dut.clock)
     dut.reset.value = 0
 
@@ -57,6 +57,12 @@ async def count_slots(dut: Any) -> None:
         slot = (slot + 1) % FOLD
         dut.slot.value = slot
         dut.swap_allowed.value = int(slot == FOLD - 1)
+
+
+async def next_clock_allows_a_swap(dut: Any) -> None:
+    """Wait for the edge after which `swap_allowed` is high."""
+    while FOLD > 1 and int(dut.slot.value.to_unsigned()) != FOLD - 2:
+        await RisingEdge(dut.clock)
 
 
 def random_bank(rng: random.Random) -> Coefficients:
@@ -183,8 +189,7 @@ async def swap_takes_effect_in_one_clock(dut: Any) -> None:
     await pulse_swap_and_settle(dut)
     after = random_bank(rng)
     await load(dut, after)
-    while FOLD > 1 and int(dut.slot.value.to_unsigned()) != FOLD - 2:
-        await RisingEdge(dut.clock)
+    await next_clock_allows_a_swap(dut)
     dut.swap.value = 1
     seen: list[tuple[int, int, int, int]] = []
     slots: list[int] = []
@@ -351,6 +356,7 @@ async def every_angle_meets_one_bank(dut: Any) -> None:
 async def reset_leaves_whole_banks(dut: Any) -> None:
     """A reset during a swap drops only the pending write; no bank gets a mixture of words."""
     _, bank = await start_with_idle_bank(dut, 4)
+    await next_clock_allows_a_swap(dut)
     dut.swap.value = 1
     await RisingEdge(dut.clock)
     dut.swap.value = 0
@@ -367,3 +373,40 @@ async def reset_leaves_whole_banks(dut: Any) -> None:
         assert dut.write_acknowledge.value == 0
     await check_active(dut, bank)
     assert await read(dut, 2) == int(bank.phase_offsets[0])
+
+
+@cocotb.test()
+async def a_reset_drops_a_swap_that_waits(dut: Any) -> None:
+    """A swap that waits during the fill after an earlier swap does not take place after a
+    reset."""
+    _, active = await start_with_idle_bank(dut, 7)
+    await next_clock_allows_a_swap(dut)
+    markers = 0
+    for clock in range(2 * (FILLED + FOLD) + 10):
+        dut.swap.value = int(clock in (0, 1))
+        dut.reset.value = int(clock == 3)
+        await RisingEdge(dut.clock)
+        markers += int(dut.swap_marker.value)
+    assert markers == 1
+    assert dut.swap_busy.value == 0
+    await check_active(dut, active)
+
+
+@cocotb.test()
+async def a_reset_ends_an_undefined_swap(dut: Any) -> None:
+    """Writes and swaps work after a reset in which the level of `swap` was undefined, as in a
+    simulation in which the register with `swap` has no initial value."""
+    await start(dut)
+    dut.reset.value = 1
+    dut.swap.value = Logic("X")
+    for _ in range(2 * FOLD + 2):
+        await RisingEdge(dut.clock)
+    dut.swap.value = 0
+    # The undefined level leaves the entity as a swap does, with the last of the four outputs.
+    for _ in range(LAST_COPY + 2):
+        await RisingEdge(dut.clock)
+    dut.reset.value = 0
+    bank = random_bank(random.Random(8))
+    await load(dut, bank)
+    await pulse_swap_and_settle(dut)
+    await check_active(dut, bank)

@@ -15,6 +15,7 @@ from tb.support.simulation import simulate
         (1, 1, 1, 1, 1),
         pytest.param(64, 1, 4, 21, 25, marks=pytest.mark.large),
         pytest.param(6, 2, 2, 21, 26, marks=pytest.mark.large),
+        (2, 2, 2, 21, 26),
         (4, 4, 2, 21, 28),
         pytest.param(16, 8, 3, 22, 32, marks=pytest.mark.large),
     ],
