@@ -285,6 +285,19 @@ def test_a_line_that_other_blocks_predict_keeps_its_name_where_slow_noise_is_lar
     assert makes_it_worse(line) is None
 
 
+@pytest.mark.parametrize(
+    ("share", "after", "refused"),
+    [(0.9997, 1.967, False), (0.6, 1.967, True), (0.9997, 2.2, True)],
+)
+def test_an_effect_that_other_blocks_predict_may_raise_a_larger_error_a_little(
+    share: float, after: float, refused: bool
+) -> None:
+    """A defect of the disc of 0.44″ RMS next to an error of 1.95″ that follows the temperature."""
+    case = _case(_left(1.948), _left(after))
+    case.best.share = SimpleNamespace(share=share)  # type: ignore[union-attr, assignment]
+    assert (makes_it_worse(case) is not None) is refused
+
+
 def test_a_fall_in_one_channel_makes_up_for_a_rise_in_another() -> None:
     """The rule averages the relative change over both channels: if two causes are missing, a model
     with one of them may leave a larger residual in the channel of the other."""
