@@ -153,6 +153,9 @@ class Effect(EffectWithSettings):
     search_kind: ClassVar[SearchKind] = "grid"
     parameter_units: ClassVar[Mapping[str, str]] = {}
     """The main parameters that :meth:`parameters` returns, with their units."""
+    order_is_stated: ClassVar[bool] = False
+    """True if the set states the orders of the effect, such as a number of teeth, so that no search
+    can fit them to an error of another cause."""
     depends_on_model: ClassVar[bool] = False
     """True if the columns depend on the fitted error function, so that the fit must be repeated."""
     at_reading: ClassVar[bool] = False

@@ -37,14 +37,21 @@ def _faces(delta_bic: float) -> SimpleNamespace:
 
 
 @pytest.mark.parametrize(
-    ("verdict", "gain_of_gear", "named"),
-    [("named", 1244.0, True), ("named", 1000.0, False), ("unknown", 1244.0, False)],
+    ("verdict", "gain", "is_stated", "named"),
+    [
+        ("named", 1244.0, True, True),
+        ("named", 1000.0, True, False),
+        ("named", 1244.0, False, False),
+        ("unknown", 1244.0, True, False),
+    ],
 )
-def test_another_cause_that_gains_more_is_named(
-    verdict: str, gain_of_gear: float, named: bool
+def test_a_cause_of_a_stated_order_that_gains_more_is_named(
+    verdict: str, gain: float, is_stated: bool, named: bool
 ) -> None:
-    """Faces that follow a wave are no cause; a gear that explains more of the rows is one."""
-    gear = SimpleNamespace(name="drive_gear_error", delta_bic=gain_of_gear)
+    """Faces that follow a wave are no cause; a gear with a stated number of teeth that explains
+    more of the rows is one."""
+    effect = SimpleNamespace(order_is_stated=is_stated)
+    gear = SimpleNamespace(name="drive_gear_error", delta_bic=gain, effect=effect)
 
     def decide(case: Case) -> Decision:
         assert case.set_aside == {"polygon_face_error"}

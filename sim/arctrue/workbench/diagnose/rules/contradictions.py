@@ -50,8 +50,8 @@ def rounded_by_the_display(case: Case) -> Decision | None:
 
 
 def contradicts_itself(case: Case) -> Decision | None:
-    """The best effect has values that its own physics excludes, and no other effect that the rules
-    would name gains more."""
+    """The best effect has values that its own physics excludes, and no other effect of a stated
+    order that the rules would name gains more."""
     best = case.best
     assert best is not None
     solution = best.solution
@@ -71,11 +71,13 @@ def contradicts_itself(case: Case) -> Decision | None:
         why = head_1_reverses(Residuals(best.at_maximum), found[reversal])
     if why is None:
         return None
-    # The rows then prefer a cause that explains more of them and does not contradict itself.
+    # A cause with orders that the set states, and that explains more, is no accident of a search.
+    # Other causes, such as a motion of the axis, fit a nonlinear scale as the best effect does.
     other = replace(case, set_aside=case.set_aside | {best.name}).decision
     if (
         other.verdict == "named"
         and other.first is not None
+        and other.first.effect.order_is_stated
         and other.first.delta_bic > best.delta_bic
     ):
         return other

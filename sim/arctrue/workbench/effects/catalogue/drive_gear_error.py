@@ -58,6 +58,7 @@ class DriveGearError(Effect):
     """
 
     name = "drive_gear_error"
+    order_is_stated = True
     physics = (
         "The error of the worm or of the gear's teeth repeats, so the table follows with as "
         "many periods per turn as the wheel has teeth. The disc on the axis does not move "
