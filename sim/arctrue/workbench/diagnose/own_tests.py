@@ -12,7 +12,6 @@ from arctrue.workbench.diagnose.candidate import Candidate, delta_bic, sizes_arc
 from arctrue.workbench.diagnose.detections import RegularCause
 from arctrue.workbench.effects.axis_motion import SEPARATING_HEADS
 from arctrue.workbench.effects.base import Columns, Effect, FitContext, Nonlinear
-from arctrue.workbench.inference.fit import fit
 from arctrue.workbench.inference.residuals import Residuals
 from arctrue.workbench.inference.significance import SIGNIFICANCE, corrected_p_value
 from arctrue.workbench.numeric.harmonics import disc_difference, harmonic_columns
@@ -267,10 +266,7 @@ def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) 
 
     The scale must be significant. The scale and the effect are scored with the same noise. ΔBIC of
     the nonlinear scale may be up to ``near_tie`` behind; if the best effect is itself proportional
-    to the reading, the nonlinear scale must be ``near_tie`` ahead. Otherwise the best effect must
-    not be significant with the nonlinear scale in the model, with the noise that was estimated with
-    the best effect. Noise that was estimated without it contains a part of its error, so that two
-    columns that explain little of this error may be ahead of many that explain all.
+    to the reading, the nonlinear scale must be ``near_tie`` ahead.
     """
     rows = residuals.observations.reference
     if rows is None or residuals.observations.capture is None or best.regular is not None:
@@ -281,21 +277,7 @@ def follows_the_reading(residuals: Residuals, best: Candidate, near_tie: float) 
     if bent.rank == 0 or corrected_p_value(bent.gain, bent.rank, 1.0, 1) >= SURE_P:
         return False
     count = rows.run.size
-    in_proportion = best.effect.depends_on_model
-    margin = near_tie if in_proportion else -near_tie
-    own_bic = delta_bic(own.gain, own.rank, best.trials, count)
-    if delta_bic(bent.gain, bent.rank, 1.0, count) <= margin + own_bic:
-        return False
-    return in_proportion or not _adds_to_a_bent_scale(residuals, best)
-
-
-def _adds_to_a_bent_scale(residuals: Residuals, best: Candidate) -> bool:
-    """Tell whether the best effect is significant with a nonlinear scale of the reference in the
-    model, with the noise that was estimated with the best effect."""
-    base = residuals.solution
-    noise = best.at_maximum.noise
-    quiet = Residuals(fit(base.terms, base.observations, base.context, noise=noise))
-    with_scale = quiet.solution_with(BentScale(), {}, quiet.score(BentScale(), {}))
-    further = Residuals(with_scale).score(best.effect, best.nonlinear)
-    p_value = corrected_p_value(further.gain, further.rank, best.trials, 1)
-    return bool(further.rank) and p_value < SIGNIFICANCE
+    margin = near_tie if best.effect.depends_on_model else -near_tie
+    return delta_bic(bent.gain, bent.rank, 1.0, count) > margin + delta_bic(
+        own.gain, own.rank, best.trials, count
+    )

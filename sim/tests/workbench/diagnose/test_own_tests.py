@@ -108,31 +108,6 @@ def test_a_bent_scale_of_the_autocollimator_has_no_name(size_arcsec: float) -> N
     assert found.verdict == "unknown"
 
 
-def test_faces_that_move_with_the_polygon_are_no_bent_scale() -> None:
-    """A polygon of 12 faces is turned by a third of a face after four cycles: its error moves with
-    it, although two columns of a nonlinear scale explain a part of this error by chance."""
-    random = np.random.default_rng(7)
-    made = measurement_set(seed=2)
-    faces = np.random.default_rng(5).normal(0.0, 0.35, 12)
-    number = np.arange(8 * 12)
-    cycle, face = number // 12, number % 12
-    angle = 30.0 * face + 10.0 * (cycle >= 4)
-    turns = np.zeros(number.size)
-    error = paper_error(np.radians(angle), turns, 0.0) + faces[face]
-    reference = Reference(
-        target_deg=angle,
-        error_arcsec=error + random.normal(0.0, 0.12, number.size),
-        run=(cycle >= 4).astype(np.int64),
-        time_s=5.0 * number,
-        cycle=cycle,
-        faces=12,
-        standard_uncertainty_arcsec=0.12,
-    )
-    found = diagnosis_of(replace(made, reference=reference))
-    assert found.named is not None
-    assert found.named.name == "polygon_face_error"
-
-
 def _log_that_divides_the_turn(extra: np.ndarray, turn: np.ndarray, noise: float) -> MeasurementSet:
     """Return a log at 12°/s and 30 Hz over two turns up and two down, whose samples fall on 900
     angles per turn."""
