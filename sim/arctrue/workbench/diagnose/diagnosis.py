@@ -283,7 +283,9 @@ def _with_the_found(
     item, product = found.named, found.described
     if product is not None and found.verdict == "unknown":
         lists = detections.steps or detections.causes
-        others = (detections.places, detections.slow, detections.cycles, detections.oscillation)
+        within = detections.cycles is not None and not detections.cycles.of_runs
+        cycles = detections.cycles if within else None
+        others = (detections.places, detections.slow, cycles, detections.oscillation)
         if not lists and all(item is None for item in others):
             return detections
         left = detections_of(product.at_maximum, effects)
@@ -297,7 +299,7 @@ def _with_the_found(
             oscillation=left.oscillation if detections.oscillation is not None else None,
             steps=left.steps if detections.steps else (),
             places=left.places,
-            cycles=left.cycles if detections.cycles is not None else None,
+            cycles=left.cycles if within else detections.cycles,
             fast=left.fast if detections.fast else (),
             drift=left.drift if detections.drift is not None else None,
         )
