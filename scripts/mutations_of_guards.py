@@ -586,7 +586,7 @@ GUARD_MUTATIONS: Final[tuple[Mutation, ...]] = (
         "a_name_may_make_it_worse",
         "an effect is named although the residual rises with it",
         f"{DIAGNOSE}/rules/removes_little.py",
-        "    if after.mean_log_ratio(before) <= (RISES_WITH_SLOW_NOISE if shown else RISES):\n",
+        "    if after.mean_log_ratio(before) <= (RISES_IF_PREDICTED if predicted else RISES):\n",
         "    if after.mean_log_ratio(before) <= 1e9:\n",
         f"{TAKES}::test_a_name_after_which_the_error_rises_is_refused",
     ),

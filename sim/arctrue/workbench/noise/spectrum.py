@@ -55,8 +55,8 @@ class Spectrum:
         rows that are at least ``step`` apart.
 
         The variance of the left-out parts becomes white. The mean log likelihood of the rows then
-        changes by at most ‖D‖²/(4·white²), where D is the sum of the left-out covariances between
-        different rows and ‖D‖ its Frobenius norm; NEGLIGIBLE limits this value.
+        changes by about ‖D‖²/(4·white²) or less, where D is the sum of the left-out covariances
+        between different rows and ‖D‖ its Frobenius norm; NEGLIGIBLE limits this value.
         """
         if step <= 0.0 or not self.variances.any():
             return self

@@ -19,11 +19,11 @@ RISES = 1e-3
 """Smallest relative rise of the RMS that the printed figures show (three or four digits). The rise
 is averaged over the channels: a fall in one channel compensates for a rise in another channel,
 which a further cause may explain."""
-SHOWN = 0.9
+PREDICTED = 0.9
 """Share of its own fitted error that other blocks must predict, so that an effect exists although
 the error rises a little. A benchmark set with a defect of the disc, whose share is 0.9997, sets
 this limit and the next one."""
-RISES_WITH_SLOW_NOISE = 0.02
+RISES_IF_PREDICTED = 0.02
 """Largest rise of log(RMS) for such an effect: with the effect in the model, the table's orders fit
 a larger error, which is not in the model, in another way."""
 
@@ -45,8 +45,8 @@ def makes_it_worse(case: Case) -> Decision | None:
         return None
     before, after = found
     share = case.best.share if case.best is not None else None
-    shown = share is not None and share.share > SHOWN
-    if after.mean_log_ratio(before) <= (RISES_WITH_SLOW_NOISE if shown else RISES):
+    predicted = share is not None and share.share > PREDICTED
+    if after.mean_log_ratio(before) <= (RISES_IF_PREDICTED if predicted else RISES):
         return None
     said = " and ".join(
         f"{channel} {value:.4g}″ RMS ({before.rms_arcsec[channel]:.4g}″ before)"
